@@ -35,5 +35,5 @@ def slope_words(slopes_deg: Sequence[float]) -> str:
     if max(-low, high) < _LEAST_DEG:
         return ""
     if high - low < _LEAST_DEG:
-        return f"floor {'rising' if high > 0.0 else 'falling'} forward by {abs(high):.1f} degrees"
+        return f"floor {'rising' if high > 0.0 else 'falling'} forward by {abs(high):.3g} degrees"
     return f"floors of {low:+.1f} to {high:+.1f} degrees forward"

@@ -11,6 +11,7 @@ from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
+from pneumorph.report.floor_slope import slope_words
 from pneumorph.trajectory import Trajectory
 
 _SURFACE = {
@@ -58,9 +59,8 @@ def physics_words(physics: Physics) -> str:
     words += [f"of {name} {value:g}" for name, value in physics.friction_by_surface]
     if physics.friction_pressure.exponent != 0.0:
         words.append(f"by contact pressure to the power {physics.friction_pressure.exponent:g}")
-    if physics.floor_slope_deg != 0.0:
-        rises = "rising" if physics.floor_slope_deg > 0.0 else "falling"
-        words.append(f"floor {rises} forward by {abs(physics.floor_slope_deg):g} degrees")
+    if slope := slope_words([physics.floor_slope_deg]):
+        words.append(slope)
     if not physics.ground.is_plane:
         words.append(physics.ground.description)
     if not physics.start.is_usual:

@@ -23,8 +23,8 @@ def on_a_slope(trajectory: Trajectory, slope: float) -> Trajectory:
     [
         ([], 0.0, ""),
         ([0.0, 0.03], 0.0, ""),
-        ([10.0], 10.0, "floor rising forward by 10.0 degrees"),
-        ([-4.0, -4.0], -4.0, "floor falling forward by 4.0 degrees"),
+        ([10.0], 10.0, "floor rising forward by 10 degrees"),
+        ([-4.0, -4.0], -4.0, "floor falling forward by 4 degrees"),
         ([9.0, 11.0], 9.0, "floors of +9.0 to +11.0 degrees forward"),
         ([-0.6, 0.4], 0.0, "floors of -0.6 to +0.4 degrees forward"),
         ([-5.0, -3.0], -3.0, "floors of -5.0 to -3.0 degrees forward"),

@@ -165,7 +165,7 @@ def test_a_slope_is_told_and_gravity_points_down_the_screen(
     settings = {**crawl.metadata["settings"], "floor_slope_deg": 10.0}
     climb = replace(crawl, metadata={**crawl.metadata, "settings": settings})
     page = open_page(write_replay(tmp_path / "climb.html", [Actor.of(climb, "climb")], SETTINGS))
-    assert "floor rising forward by 10.0 degrees" in page.locator(".pr-legend").inner_text()
+    assert "floor rising forward by 10 degrees" in page.locator(".pr-legend").inner_text()
     x, _, z = Physics(floor_slope_deg=10.0).gravity_vector
     stage = f"{PLAYER}.stage"
     for view in ("orbit", "side"):

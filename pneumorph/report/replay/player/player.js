@@ -283,7 +283,7 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
         return ` · floors of ${signed(least)} to ${signed(most)} degrees forward`;
       }
       const rising = most > 0 ? "rising" : "falling";
-      return ` · floor ${rising} forward by ${Math.abs(most).toFixed(1)} degrees`;
+      return ` · floor ${rising} forward by ${Number(Math.abs(most).toPrecision(3))} degrees`;
     }
 
     dispose() {
