@@ -120,9 +120,8 @@ class HubDescription(Checked):
                 f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
                 "hang on one node"
             )
-        if self.wall_mm is not None and not self._hollow_fits():
-            sizes = (self.length_mm, self.width_mm, self.height_mm, self.radius_mm)
-            least = min(each for each in sizes if each is not None)
+        least = self._least_size_mm()
+        if self.wall_mm is not None and self.wall_mm >= 0.5 * least:
             raise ValueError(
                 f"wall_mm is {self.wall_mm:g}, expected less than half of every size, of which the "
                 f"least is {least:g}: all are in mm"
@@ -242,11 +241,12 @@ class HubDescription(Checked):
         inwards = wall_mm * float(np.hypot(1.0, slope))
         return bottom + slope * wall_mm - inwards, top - slope * wall_mm - inwards
 
-    def _hollow_fits(self) -> bool:
+    def _least_size_mm(self) -> float:
+        """The least of the sizes of a box, or of the height and the diameters of a disk."""
         sizes = (self.length_mm, self.width_mm, self.height_mm)
         radii = (self.radius_mm, self.top_radius_mm)
-        halves = [0.5 * each for each in sizes if each] + [each for each in radii if each]
-        return all(self.wall_mm is None or self.wall_mm < half for half in halves)
+        every = [*(each for each in sizes if each), *(2.0 * each for each in radii if each)]
+        return min(every, default=float("inf"))
 
     def _mass(self, mesh: Mesh) -> float | MassProperties:
         if self.mass_kg is not None:

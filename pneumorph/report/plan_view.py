@@ -58,12 +58,11 @@ def draw_plan_view(
     legs = zip(plan.legs_mm, plan.regulators, plan.letters, strict=True)
     for outline, regulators, letter in legs:
         colours = [regulator_colour(each) for each in regulators]
-        for band, colour in zip(_bands(outline, len(colours)), colours, strict=True):
+        middle, away = _way_out(outline)
+        for band, colour in zip(_bands(outline, away, len(colours)), colours, strict=True):
             axes.fill(*placed(band).T, facecolor=colour, edgecolor="white", linewidth=0.6)
         if number_size:
             # The number says what the colour says, for grey print.
-            middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
-            away = middle / max(float(np.linalg.norm(middle)), 1.0)
             x, y = placed(middle + _OUTWARDS_MM * away)
             text = letter + "+".join(map(str, regulators))
             size = number_size * min(1.0, _WIDEST / len(text))
@@ -78,11 +77,15 @@ def draw_plan_view(
     axes.annotate("", (x + ahead, y + aside), (x - ahead, y - aside), arrowprops=arrow)
 
 
-def _bands(outline: np.ndarray, count: int) -> list[np.ndarray]:
-    """Parts of a convex outline (corner, 2), one after another away from the origin and as long as
-    each other."""
+def _way_out(outline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle of an outline (corner, 2), and the direction to it from the origin."""
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
-    away = middle / max(float(np.linalg.norm(middle)), 1.0)
+    return middle, middle / max(float(np.linalg.norm(middle)), 1.0)
+
+
+def _bands(outline: np.ndarray, away: np.ndarray, count: int) -> list[np.ndarray]:
+    """Parts of a convex outline (corner, 2), one after another in a direction and as long as each
+    other."""
     along = outline @ away
     cuts = np.linspace(along.min(), along.max(), count + 1)[1:-1]
     parts = []

@@ -154,9 +154,11 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
     // Whether it came to the end of its walk: one that diverged has travelled no distance.
     get sound() { return (this.robot.status || "completed") === "completed"; }
 
-    // Forward travel of the tracked point since the first frame [cm], now.
-    distance() {
-      return this.time.length ? (this.tracked[0] - this.parts.tracked[0][0]) / 10 : 0;
+    // Forward travel of the tracked point since the first frame [cm], now or in a frame.
+    distance(frame) {
+      if (!this.time.length) return 0;
+      const now = frame === undefined ? this.tracked : this.parts.tracked[frame];
+      return (now[0] - this.parts.tracked[0][0]) / 10;
     }
 
     // What of its goal it has achieved since the first frame, now or in a frame.
@@ -167,12 +169,6 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
       const now = frame === undefined ? this.tracked : this.parts.tracked[frame];
       const start = this.parts.tracked[0];
       return (forward * (now[0] - start[0]) + left * (now[1] - start[1])) / 10;
-    }
-
-    // Forward travel since the first frame in a frame [cm].
-    forward(frame) {
-      const { tracked } = this.parts;
-      return (tracked[frame][0] - tracked[0][0]) / 10;
     }
 
     // Turn to the left since the first frame [degrees], now or in a frame.

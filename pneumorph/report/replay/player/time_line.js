@@ -74,7 +74,7 @@ var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
       const { label, symbol } = this.motions[0].goal;
       const one = this.motions.every((motion) => motion.goal.label === label);
       return one ? { name: `${label} (${symbol.trim()})`, of: (motion, i) => motion.achieved(i) }
-        : { name: "forward distance (cm)", of: (motion, i) => motion.forward(i) };
+        : { name: "forward distance (cm)", of: (motion, i) => motion.distance(i) };
     }
 
     ways(pen, top, bottom) {
