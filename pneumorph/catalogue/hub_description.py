@@ -208,7 +208,7 @@ class HubDescription(Checked):
             rest = " --surfaces --node-sets (a hub needs none of a leg's regions)"
             way = rest if "pneumorph mesh" in str(error) else ""
             raise ArtefactError(f"mesh of [hub]: {error}{way}") from error
-        across_mm = float(np.ptp(mesh.nodes, axis=0).max())
+        across_mm = mesh.longest_side_mm
         if not _LEAST_ACROSS_MM <= across_mm <= _MOST_ACROSS_MM:
             raise ArtefactError(
                 f"mesh of [hub]: {file} is {across_mm:.3g} mm across, expected "

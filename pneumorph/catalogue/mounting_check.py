@@ -82,7 +82,7 @@ def check_mounted(
             the hub is too small for any.
     """
     nodes, skin = hub.mesh.nodes, boundary_triangles(hub.mesh.tetrahedra)
-    across_mm = float(np.ptp(nodes, axis=0).max())
+    across_mm = hub.mesh.longest_side_mm
     if across_mm < _SMALLEST_HUB_MM:
         raise ValueError(
             f"the hub is {across_mm:g} mm across, expected {_SMALLEST_HUB_MM:g} at least: lengths "

@@ -147,6 +147,11 @@ class Mesh(ShownInNotebooks):
         return surfaces_at(self.nodes, outer, self.contact_points)
 
     @property
+    def longest_side_mm(self) -> float:
+        """The longest side of the box around it along the axes [mm]."""
+        return float(np.ptp(self.nodes, axis=0).max())
+
+    @property
     def skin_area_mm2(self) -> float:
         """Area of the region ``skin``, or else of all of the boundary [mm^2]."""
         skin = self.surfaces.get("skin")

@@ -140,7 +140,7 @@ def _check_extent(mesh: Mesh, scale: float) -> None:
     Raises:
         MeshError: Its longest side is not between a millimetre and ten metres.
     """
-    extent = float(np.ptp(mesh.nodes, axis=0).max())
+    extent = mesh.longest_side_mm
     if not LEAST_EXTENT_MM <= extent <= LARGEST_EXTENT_MM:
         raise MeshError(
             f"it is {extent:g} mm long with a scale of {scale:g}, expected "
