@@ -243,7 +243,7 @@ void Batch::reset(int robot) {
   for (int i = 0; i < 3 * model.contact_count; ++i) fresh.impulses[i] = 0;
   __builtin_memset(fresh.springs, 0, spring_bytes_[robot]);
   state = fresh;
-  range_ratios_[robot] = ratio_at_rest(ranges_, model);
+  forget_range(robot);
 }
 
 void Batch::clear_counters() {

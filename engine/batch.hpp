@@ -65,8 +65,10 @@ class Batch {
   RobotState& state(int robot) { return states_[robot]; }
   const RobotModel& robot(int robot) const { return robots_[robot]; }
   const StageSeconds& stages() const { return stages_; }
-  // Largest ratio since the robot was reset, of the states that its steps ended in; NaN where no part knows its range.
+  // Largest ratio since the robot was reset or forgot it, of the states that its steps ended in; NaN where no part knows
+  // its range.
   double range_ratio(int robot) const { return range_ratios_[robot]; }
+  void forget_range(int robot) { range_ratios_[robot] = ratio_at_rest(ranges_, robots_[robot]); }
   void clear_counters();
   // What a robot keeps of its last step beside its state, and its springs and impulses to the last bit, as this build has
   // it; empty: nothing.

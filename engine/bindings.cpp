@@ -313,6 +313,7 @@ class PythonBatch {
   }
 
   void reset(int robot) { batch_.reset(checked(robot)); }
+  void forget_range(int robot) { batch_.forget_range(checked(robot)); }
   nb::bytes memory(int robot) const {
     const std::string kept = batch_.memory(checked(robot));
     return nb::bytes(kept.data(), kept.size());
@@ -367,6 +368,7 @@ NB_MODULE(_engine, module) {
       .def("read", &PythonBatch::read, nb::arg("name"))
       .def("write", &PythonBatch::write, nb::arg("robot"), nb::arg("name"), nb::arg("values"))
       .def("reset", &PythonBatch::reset, nb::arg("robot"))
+      .def("forget_range", &PythonBatch::forget_range, nb::arg("robot"))
       .def("memory", &PythonBatch::memory, nb::arg("robot"))
       .def("set_memory", &PythonBatch::set_memory, nb::arg("robot"), nb::arg("memory"))
       .def("stages", &PythonBatch::stages)

@@ -16,6 +16,7 @@ from pneumorph.environment.crawling_simulator import (
     CrawlingSimulator,
     LeaningSimulator,
     LoadedSimulator,
+    RangedSimulator,
     RedrawingSimulator,
     RobotBuilder,
     SimulatorFactory,
@@ -359,12 +360,11 @@ class CrawlingEnvironment(VectorEnv):
         if not waiting.any():
             return
         zero = np.zeros((self.num_envs, self.task.regulator_count))
-        if waiting.all():
-            self._simulator.reset()
-            self._simulator.advance(zero, self.task.settling_step_count)
-        else:
-            self._simulator.reset(active=waiting)
-            self._simulator.advance(zero, self.task.settling_step_count, active=waiting)
+        chosen = None if waiting.all() else waiting
+        self._simulator.reset(active=chosen)
+        self._simulator.advance(zero, self.task.settling_step_count, active=chosen)
+        if isinstance(self._simulator, RangedSimulator):
+            self._simulator.forget_range(chosen)
         self._awaits_reset = np.zeros(self.num_envs, dtype=bool)
 
     def _observation(self) -> np.ndarray:

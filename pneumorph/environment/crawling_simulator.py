@@ -63,8 +63,16 @@ class RangedSimulator(Protocol):
 
     @property
     def range_ratio(self) -> np.ndarray:
-        """How far any part of each robot has been from rest since its reset, relative to the
-        furthest state it was made from, shape (robot,); NaN where that is not known."""
+        """How far any part of each robot has been from rest since its reset, or since
+        `forget_range`, relative to the furthest state it was made from, shape (robot,); NaN where
+        that is not known."""
+
+    def forget_range(self, active: np.ndarray | None = None) -> None:
+        """Begin `range_ratio` afresh.
+
+        Args:
+            active: Which robots, shape (robot,) bool; None for all.
+        """
 
 
 @runtime_checkable

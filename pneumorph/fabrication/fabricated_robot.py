@@ -189,7 +189,10 @@ def fabricate(
         leg_count=robot.design.leg_count,
         cast_volume_mm3=first.cast_volume_mm3,
         mesh_volume_mm3=first.mesh_volume_mm3,
-        cast_volume_error_percent=100.0 * (first.cast_volume_mm3 / first.mesh_volume_mm3 - 1.0),
+        # Of the same boxes; what is left is of sums.
+        cast_volume_error_percent=round(
+            100.0 * (first.cast_volume_mm3 / first.mesh_volume_mm3 - 1.0), 9
+        ),
         undercut_mm3=first.undercut_mm3 or {},
         watertight=True,  # surface_of raises otherwise
         silicone_ml=sum(_known(part.volume_ml) for part in mixed),
@@ -314,13 +317,16 @@ def _material(leg: LegToMake, volume_mm3: float, workshop: WorkshopSettings) -> 
 def _made(
     solids: dict[str, tuple[Any, float]], settings: FabricationSettings, folder: RunFolder
 ) -> dict[str, FabricatedSolid]:
-    """Every solid by name, written and checked."""
-    folder.progress.stage("writing and checking surfaces")
-    made = {}
+    """Every solid by name, written once all are checked."""
+    folder.progress.stage("checking surfaces")
+    checked = {}
     for number, (name, (solid, smallest)) in enumerate(solids.items(), start=1):
-        made[name] = _written(name, solid, smallest, settings.surface_size_mm, folder)
+        checked[name] = _checked_surface(name, solid, smallest, settings.surface_size_mm)
         folder.progress(number, len(solids), name)
-    return made
+    return {
+        name: _written(name, solids[name][0], surface, thinnest, folder)
+        for name, (surface, thinnest) in checked.items()
+    }
 
 
 def _known(value: float | None) -> float:
@@ -335,10 +341,10 @@ def _allowed_by(name: str) -> str:
     return f"--mould.smallest-{'wall' if name.endswith(_OF_A_MOULD) else 'silicone'}-mm"
 
 
-def _written(
-    name: str, solid: Any, smallest_mm: float, size_mm: float, folder: RunFolder
-) -> FabricatedSolid:
-    """Write a solid and check its surface and its walls."""
+def _checked_surface(
+    name: str, solid: Any, smallest_mm: float, size_mm: float
+) -> tuple[ClosedSurface, float]:
+    """Surface of a solid and its thinnest wall [mm]."""
     surface = surface_of(solid, size_mm)  # raises unless it is watertight
     thickness = wall_thickness_mm(surface)
     place = int(np.argmin(thickness))
@@ -350,6 +356,12 @@ def _written(
             f"mm, expected {smallest_mm:g} mm or more; if you can make it, say so by "
             f"{_allowed_by(name)} {0.9 * thinnest:.2g}" + (_GRAZED if name == "hub" else "")
         )
+    return surface, thinnest
+
+
+def _written(
+    name: str, solid: Any, surface: ClosedSurface, thinnest: float, folder: RunFolder
+) -> FabricatedSolid:
     step = write_step(folder / f"{name}.step", solid)
     stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
     return FabricatedSolid(

@@ -30,8 +30,8 @@ class Walk:
         time_s: Recorded times from the start of the gait [s], shape (record,); the first is 0.
         forward_cm: Travel since then [cm], shape (record, robot); NaN once a simulation failed.
         status: Status of each robot at the end, shape (robot,) uint8.
-        range_ratio: How far any leg of each robot went relative to the furthest snapshot it was
-            reduced from, shape (robot,); NaN where that is not known.
+        range_ratio: How far any leg of each robot went, once it had settled, relative to the
+            furthest snapshot it was reduced from, shape (robot,); NaN where that is not known.
         left_cm: Travel to the left [cm], shape (record, robot); None where the simulator does not
             know it.
         turned_deg: Turn to the left, whole circles counted [degrees], likewise.
@@ -159,6 +159,9 @@ def walk(
     commands = np.stack([sample_commands(gait, time_step_s, steps) for gait in gaits], axis=1)
     simulator.reset()
     simulator.advance(np.zeros_like(commands[0]), settling_step_count)
+    ranged = simulator if isinstance(simulator, RangedSimulator) else None
+    if ranged is not None:
+        ranged.forget_range()
     start_mm = np.array(simulator.forward_position_mm)
     time_s, forward_mm = [0.0], [np.zeros(len(gaits))]
     aside = _Aside(simulator) if isinstance(simulator, TurningSimulator) else None
@@ -176,9 +179,7 @@ def walk(
         np.array(time_s),
         np.array(forward_mm) / MILLIMETRES_PER_CENTIMETRE,
         np.array(simulator.status, dtype=np.uint8),
-        simulator.range_ratio
-        if isinstance(simulator, RangedSimulator)
-        else np.full(len(gaits), np.nan),
+        np.full(len(gaits), np.nan) if ranged is None else ranged.range_ratio,
         None if aside is None else np.array(aside.left_mm) / MILLIMETRES_PER_CENTIMETRE,
         None if aside is None else np.array(aside.turned_deg),
     )

@@ -75,6 +75,5 @@ def range_note(name: str, ratio: float | None) -> str | None:
     return (
         f"{name} left the range of its legs' snapshots: a leg went {ratio:.2f} times as far as in "
         "any of them, where the reduced leg extrapolates; reduce it with snapshots of these "
-        "pressures, or walk finite elements. A robot that falls as it settles may do so before it "
-        "walks: floor_height_mm puts the floor where its legs end"
+        "pressures, or walk finite elements"
     )

@@ -135,7 +135,7 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
         axes.plot(x, y, marker="x", color=INK_COLOUR, zorder=6)
         axes.text(
             x, y - 6.0 * unit, f"payload, {hub.payload.told}", fontsize=6, ha="center", va="top",
-            zorder=6,
+            zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
         )  # fmt: skip
     taken = [seat.face_mm for seat in robot.seats if seat.leg is not None]
     for seat in robot.seats:

@@ -22,6 +22,7 @@ from pneumorph.report.walk_sections import can_be_drawn, replay_section
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import CERTIFICATE_FOLDER
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.sensitivity import chance_index
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.training_run import TrainingResult
 from pneumorph.trajectory import Trajectory
@@ -169,7 +170,12 @@ def _sensitivity_table(found: Certificate) -> str:
         for each in pair.sensitivities[:_SHOWN_NUMBERS]
     ]  # fmt: skip
     header = ["robot", "number", "share of the variance", "rank correlation"]
-    return page.table(header, rows)
+    said = (
+        "Shares are estimates: a number that nothing depends on stays below "
+        f"{100.0 * chance_index(found.world_count):.0f} % in 95 of 100 cases, so small ones may be "
+        "chance, and together they may come to more than 100 %."
+    )
+    return page.paragraph(said) + page.table(header, rows)
 
 
 def _full_order_table(found: Certificate) -> str:

@@ -187,6 +187,15 @@ class BatchedSimulator:
             self._batch.reset(int(robot))
             self._place(int(robot))
 
+    def forget_range(self, active: np.ndarray | None = None) -> None:
+        """Begin `range_ratio` afresh, such as once robots have settled.
+
+        Args:
+            active: Which robots, (robot,) bool; None for all.
+        """
+        for robot in np.flatnonzero(self._mask(active)):
+            self._batch.forget_range(int(robot))
+
     def _place(self, robot: int) -> None:
         # The engine resets robots to the frame of their file.
         if not self.physics.start.is_usual:
@@ -330,8 +339,8 @@ class BatchedSimulator:
 
     @property
     def range_ratio(self) -> np.ndarray:
-        """How far any leg of each robot has been from rest since it was reset, relative to the
-        furthest snapshot it was reduced from, (robot,).
+        """How far any leg of each robot has been from rest since it was reset, or since
+        `forget_range`, relative to the furthest snapshot it was reduced from, (robot,).
 
         Above 1 the reduced leg extrapolates, see `left_range`; NaN where no leg knows its range.
         """

@@ -91,6 +91,10 @@ class RandomisedSimulator:
         """Put robots back to their initial state, (robot,) bool; None for all."""
         self._lagging.reset(active)
 
+    def forget_range(self, active: np.ndarray | None = None) -> None:
+        """As `BatchedSimulator.forget_range` does."""
+        self._lagging.forget_range(active)
+
     def advance(
         self, command_kPa: np.ndarray, step_count: int, active: np.ndarray | None = None
     ) -> None:
@@ -194,6 +198,10 @@ class LaggingSimulator:
         self.simulator.reset(active)
         chosen = np.ones(len(self._filtered), bool) if active is None else np.asarray(active, bool)
         self._filtered[chosen] = 0.0
+
+    def forget_range(self, active: np.ndarray | None = None) -> None:
+        """As `BatchedSimulator.forget_range` does."""
+        self.simulator.forget_range(active)
 
     def set_robots(self, robots: Sequence[Robot], worlds: Sequence[World] | None = None) -> None:
         """Replace every robot and reset all.

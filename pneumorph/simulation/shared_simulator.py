@@ -117,13 +117,15 @@ class SharedSimulator:
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to their initial state, (robot,) bool; None for all."""
-        chosen = None if active is None or np.all(active) else np.asarray(active, dtype=bool)
-        if chosen is None:  # nothing that was before matters any more
+        if active is None or np.all(active):  # nothing that was before matters any more
+            active = None
             for worker in self._workers:
                 worker.history = worker.history[:1]
-        self._answer(
-            [("reset", (None if chosen is None else chosen[own],)) for own in self._slices]
-        )
+        self._answer_of("reset", active)
+
+    def forget_range(self, active: np.ndarray | None = None) -> None:
+        """As `BatchedSimulator.forget_range` does."""
+        self._answer_of("forget_range", active)
 
     def advance(
         self, command_kPa: np.ndarray, step_count: int, active: np.ndarray | None = None
@@ -167,6 +169,11 @@ class SharedSimulator:
     def tilt_deg(self) -> np.ndarray:
         """As `BatchedSimulator.tilt_deg` has it, (robot,)."""
         return self._told["tilt_deg"]
+
+    def _answer_of(self, method: str, active: np.ndarray | None) -> None:
+        """Call a method of some robots, (robot,) bool; None for all."""
+        chosen = None if active is None else np.asarray(active, dtype=bool)
+        self._answer([(method, (None if chosen is None else chosen[own],)) for own in self._slices])
 
     def _answer(self, calls: Sequence[Call], afresh: bool = False) -> None:
         """Call the workers that have robots at the same time, and put their answers together."""
@@ -262,6 +269,12 @@ class _Worker:
         """Put robots back."""
         assert self._simulator is not None, "robots come first"
         self._simulator.reset(active)
+        return self._told()
+
+    def forget_range(self, active: np.ndarray | None) -> dict[str, np.ndarray]:
+        """Begin the ratio of robots' ranges afresh."""
+        assert self._simulator is not None, "robots come first"
+        self._simulator.forget_range(active)
         return self._told()
 
     def advance(

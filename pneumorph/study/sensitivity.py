@@ -57,7 +57,7 @@ def first_order_index(values: np.ndarray, results: np.ndarray) -> float:
         results: (world,).
     """
     count, kinds = len(values), np.unique(values)
-    class_count = min(max(count // 20, 2), 10)
+    class_count = _class_count(count)
     if len(kinds) <= class_count:
         classes = [np.flatnonzero(values == kind) for kind in kinds]
     else:
@@ -68,6 +68,29 @@ def first_order_index(values: np.ndarray, results: np.ndarray) -> float:
         return 0.0
     unexplained = within / (count - len(classes)) / (total / (count - 1))
     return min(max(1.0 - unexplained, 0.0), 1.0)
+
+
+def chance_index(count: int, share: float = 0.95) -> float:
+    """What `first_order_index` of a number that nothing depends on stays below so often.
+
+    The share between k classes of n normal results is distributed as Beta((k - 1) / 2, (n - k) / 2)
+    (Fisher's analysis of variance).
+
+    Args:
+        count: Worlds.
+        share: How often, 0 to 1.
+    """
+    from scipy.stats import beta
+
+    classes = _class_count(count)
+    if count <= classes:
+        return 1.0
+    between = float(beta.ppf(share, (classes - 1) / 2.0, (count - classes) / 2.0))
+    return max(1.0 - (1.0 - between) * (count - 1) / (count - classes), 0.0)
+
+
+def _class_count(count: int) -> int:
+    return min(max(count // 20, 2), 10)
 
 
 def weighted_quantiles(

@@ -14,7 +14,8 @@ occ = pytest.importorskip("netgen.occ")
 
 from pneumorph.base.run_folder import RunFolder  # noqa: E402
 from pneumorph.catalogue.paper_leg import paper_leg_mesh  # noqa: E402
-from pneumorph.fabrication.fabricated_robot import _written  # noqa: E402
+from pneumorph.fabrication.fabricated_robot import _checked_surface, _made  # noqa: E402
+from pneumorph.fabrication.fabrication_settings import FabricationSettings  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402
     LegMould,
     MouldSettings,
@@ -54,15 +55,22 @@ def test_a_leg_of_two_chambers_has_one_core_for_both() -> None:
         ("short_mould_upper", "--mould.smallest-wall-mm"),
     ],
 )
-def test_a_thin_wall_is_told_with_the_flag_that_allows_it(
-    name: str, flag: str, tmp_path: Path
-) -> None:
+def test_a_thin_wall_is_told_with_the_flag_that_allows_it(name: str, flag: str) -> None:
     thin = box(np.zeros(3), np.array([10.0, 10.0, 0.4]))
-    folder = RunFolder(tmp_path, "fabricate")
     with pytest.raises(FabricationError, match=rf"0\.40 mm .* by {flag} 0\.36") as error:
-        _written(name, thin, 0.6, 4.0, folder)
+        _checked_surface(name, thin, 0.6, 4.0)
     assert ("hollow hub" in str(error.value)) == (name == "hub")
-    assert _written(name, thin, 0.36, 4.0, folder).thinnest_wall_mm == pytest.approx(0.4)
+    assert _checked_surface(name, thin, 0.36, 4.0)[1] == pytest.approx(0.4)
+
+
+def test_where_one_part_cannot_be_made_none_is_written(tmp_path: Path) -> None:
+    thick = box(np.zeros(3), np.array([10.0, 10.0, 4.0]))
+    folder = RunFolder(tmp_path, "fabricate")
+    with pytest.raises(FabricationError, match="hub has a wall of"):
+        _made({"leg": (thick, 1.0), "hub": (thick, 5.0)}, FabricationSettings(), folder)
+    assert not list(tmp_path.iterdir())
+    assert set(_made({"leg": (thick, 1.0)}, FabricationSettings(), folder)) == {"leg"}
+    assert {each.name for each in tmp_path.iterdir()} == {"leg.step", "leg.stl"}
 
 
 def test_holes_beside_a_small_leg_do_not_cut_into_it() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.ranged_crawler import RangedCrawler
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
@@ -29,6 +30,16 @@ def test_walk_of_held_gaits_equals_the_environments_episode() -> None:
     assert result.time_s[0] == 0.0
     assert result.time_s[-1] == 20.0
     np.testing.assert_array_equal(result.forward_cm[0], 0.0)
+
+
+def test_a_range_is_that_of_the_walk_and_not_of_settling() -> None:
+    gaits = [HeldGait.evenly(np.full((2, 3), 40.0))] * 2
+    walked = walk(RangedCrawler(DESIGNS), gaits, duration_s=2.0, time_step_s=0.01)
+    np.testing.assert_array_equal(walked.range_ratio, 0.5)
+    environment = CrawlingEnvironment(DESIGNS, viscous_crawler_robot, RangedCrawler)
+    environment.reset()
+    environment.step(np.ones((2, 3)))
+    np.testing.assert_array_equal(environment.motion.range_ratio, 0.5)
 
 
 def test_recording_interval_does_not_change_the_walk() -> None:

@@ -76,6 +76,28 @@ def test_a_robot_driven_beyond_is_noted_and_walks_on(rows):
     assert np.all(simulator.range_ratio[1:] > RANGE_TOLERANCE)
 
 
+def test_a_range_is_forgotten_and_begins_afresh(rows):
+    """Of chosen robots, without a bit of their way."""
+    robots = knowing(crawlers(), rows)
+    simulator, plain = (BatchedSimulator(robots, PHYSICS, STEPPER, 1) for _ in range(2))
+    part = robots[0].mounts[0].part
+    for each in (simulator, plain):
+        march(each)
+    reached = simulator.range_ratio
+    simulator.forget_range(np.array([True, False, False]))
+    assert simulator.range_ratio[0] == 0.0
+    np.testing.assert_array_equal(simulator.range_ratio[1:], reached[1:])
+    for each in (simulator, plain):
+        each.advance(np.zeros((3, GAIT.shape[1])), 1)
+    modes = simulator.read("modes")
+    assert np.array_equal(modes, plain.read("modes"))
+    ratio = part.range_ratio(modes[0, :, : PART.mode_count]).max()
+    assert simulator.range_ratio[0] == pytest.approx(ratio, rel=1e-13)
+    assert 0.0 < ratio < reached[0]
+    simulator.forget_range()
+    assert np.all(simulator.range_ratio == 0.0)
+
+
 def test_scaled_legs_keep_their_range(rows):
     """All moduli, masses and pressures doubled is the same path, so the same ratio."""
     robots = knowing(crawlers(), rows)[:1]

@@ -66,6 +66,8 @@ def walked(simulator, count: int) -> list[np.ndarray]:
     note()
     simulator.advance(90.0 * rng.random((count, 3)), 7)
     note()
+    simulator.forget_range(np.arange(count) % 2 == 0)
+    note()
     simulator.reset()
     simulator.advance(90.0 * rng.random((count, 3)), 6)
     note()

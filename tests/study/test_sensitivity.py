@@ -15,6 +15,7 @@ from pneumorph.study.certified_pairs import Band
 from pneumorph.study.measure_next import ExpectedNarrowing, narrowings, worth_measuring
 from pneumorph.study.robustness import robustness
 from pneumorph.study.sensitivity import (
+    chance_index,
     expected_width,
     first_order_index,
     sensitivities,
@@ -43,6 +44,15 @@ def test_a_number_of_few_values_has_a_class_for_each() -> None:
     kinds = rng.integers(3, size=400).astype(float)
     share = first_order_index(kinds, rng.normal(size=400) + 2.0 * (kinds == 1.0))
     assert share == pytest.approx((8.0 / 9.0) / (1.0 + 8.0 / 9.0), abs=0.08)
+
+
+@pytest.mark.parametrize("count", [48, 200])
+def test_chance_stays_below_its_index_in_nineteen_of_twenty(count: int) -> None:
+    """Normal results that depend on nothing; of 2000 draws the share's standard error is 0.005."""
+    drawn = np.random.default_rng(2).normal(size=(2000, 2, count))
+    found = np.array([first_order_index(x, y) for x, y in drawn])
+    assert np.mean(found < chance_index(count)) == pytest.approx(0.95, abs=0.015)
+    assert chance_index(2) == 1.0  # as many classes as worlds tell nothing
 
 
 def test_sensitivities_are_sorted_and_signed() -> None:
