@@ -104,7 +104,9 @@ def run_tasks(
                     error = WorkerError(
                         f"task {tasks[number]!r} was begun {attempt} times and its worker died "
                         f"each time ({type(death).__name__}), expected a result; the machine may "
-                        "lack memory for so many tasks at once (process_count)"
+                        "lack memory for so many tasks at once (process_count), or the script that "
+                        "asked for them runs again in each worker: put it below if __name__ == "
+                        '"__main__"'
                     )
                     if given_up is None:
                         raise error from death

@@ -66,7 +66,8 @@ class Mesh(ShownInNotebooks):
         put("nodes", _array("nodes", self.nodes, (None, 3), np.float64))
         put("contact_points", _array("contact_points", self.contact_points, (None, 3), np.float64))
         if not np.all(np.isfinite(self.nodes)):
-            raise MeshError("nodes must be finite, got NaN or infinity")
+            node = int(np.flatnonzero(~np.isfinite(self.nodes).all(axis=1))[0])
+            raise MeshError(f"nodes must be finite, got {self.nodes[node]} for node {node}")
         count = len(self.nodes)
         put("tetrahedra", _indices("tetrahedra", self.tetrahedra, (None, 4), count))
         for name, kind, shape in (

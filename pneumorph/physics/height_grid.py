@@ -124,9 +124,14 @@ def checked_heights(heights_mm: np.ndarray) -> Float[np.ndarray, "row column"]:
     heights = np.array(heights_mm, dtype=float)
     if heights.ndim != 2 or min(heights.shape) < 4:
         raise ValueError(
-            f"heights_mm must have shape (row, column) of at least 4 x 4, got {heights.shape}; "
-            "smaller arrays have no bicubic spline"
+            f"heights_mm must have two axes, (row, column), of at least 4 each, which a bicubic "
+            f"spline needs, got the shape {heights.shape}"
         )
-    if not np.all(np.isfinite(heights)):
-        raise ValueError("heights_mm must be finite, got NaN or infinity: holes must be filled")
+    holes = np.argwhere(~np.isfinite(heights))
+    if len(holes):
+        row, column = holes[0]
+        raise ValueError(
+            f"heights_mm must be finite, got {heights[row, column]} in row {row}, column {column} "
+            f"({len(holes)} of {heights.size} are not): holes must be filled"
+        )
     return heights

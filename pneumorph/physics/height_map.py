@@ -12,6 +12,9 @@ from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.physics.floor import HeightField
 from pneumorph.physics.height_grid import HeightGrid, checked_heights
 
+LEAST_HEIGHT_MM = 0.1
+"""A map whose heights differ by less [mm] is a plane to legs that are some ten millimetres high."""
+
 
 @dataclass(frozen=True)
 class HeightMap(Checked):
@@ -42,7 +45,13 @@ class HeightMap(Checked):
         """
         heights = self.heights_mm()
         try:
-            return smoothed(checked_heights(heights), self.smoothing_mm / self.mm_per_pixel)
+            heights = checked_heights(heights)
+            if 0.0 < np.ptp(heights) < LEAST_HEIGHT_MM:
+                raise ValueError(
+                    f"its heights differ by {np.ptp(heights):.3g} mm, expected {LEAST_HEIGHT_MM:g} "
+                    "mm or more, or none: they may be in metres"
+                )
+            return smoothed(heights, self.smoothing_mm / self.mm_per_pixel)
         except ValueError as error:
             raise ValueError(f"height map {self.path}: {error}") from error
 

@@ -210,10 +210,12 @@ def _measured(
     sampled = replace(sampled, snapshot_range=snapshot_range(reached, parity))
     if asked.settings.contact_flexibility:
         sampled = with_contact_flexibility(asked.part, sampled)
-    heldout = asked.heldout if len(asked.heldout) else asked.training
-    tried = asked.snapshots.states(evenly(heldout, 100))
-    alpha = nearest_states(tried, every.modes, projected.metric)
-    force_error = force_errors(sampled, every, alpha, asked.settings.rotation)
+    unseen = node_error[asked.heldout]
+    force_error = np.zeros(0)
+    if len(unseen):
+        tried = asked.snapshots.states(evenly(asked.heldout, 100))
+        alpha = nearest_states(tried, every.modes, projected.metric)
+        force_error = force_errors(sampled, every, alpha, asked.settings.rotation)
     asked.clock.stop()
     report = ReductionReport(
         mode_count=sampled.mode_count,
@@ -226,9 +228,11 @@ def _measured(
         sampling_residual=chosen.relative_residual,
         sampling_converged=chosen.converged,
         training_node_error_mm=float(node_error[asked.training].mean()),
-        heldout_node_error_mm=float(node_error[heldout].mean()),
-        heldout_worst_node_error_mm=float(node_error[heldout].max()),
-        heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
+        heldout_node_error_mm=float(unseen.mean()) if len(unseen) else None,
+        heldout_worst_node_error_mm=float(unseen.max()) if len(unseen) else None,
+        heldout_force_error_percent=(
+            float(100.0 * np.sqrt(np.mean(force_error**2))) if len(unseen) else None
+        ),
         bend_error_percent=_worst(bends),
         bend_error_unsampled_percent=_worst(projected.bends),
         bend=bends[BEND].table() if BEND in bends else {},

@@ -30,11 +30,11 @@ class ReductionReport:
     sampling_converged: bool
     training_node_error_mm: float
     """Mean over snapshots and nodes of the distance to the nearest modal state."""
-    heldout_node_error_mm: float
-    """The same for snapshots not used."""
-    heldout_worst_node_error_mm: float
+    heldout_node_error_mm: float | None
+    """The same for snapshots not used; None where all were, and so are the next two."""
+    heldout_worst_node_error_mm: float | None
     """Mean over nodes in the worst snapshot not used."""
-    heldout_force_error_percent: float
+    heldout_force_error_percent: float | None
     """Root mean square over snapshots not used of the sampled force's relative error."""
     bend_error_percent: float | None
     """Largest error of the bend against the full model over the pressures of `bend`, and of each

@@ -92,8 +92,8 @@ class ModuleReport:
     """As `Reduction` has it, and so are all errors."""
     blocked_error_percent: float | None
     compliance_error_percent: float | None
-    heldout_node_error_mm: float
-    heldout_force_error_percent: float
+    heldout_node_error_mm: float | None
+    heldout_force_error_percent: float | None
     mode_count: int
     tetrahedron_count: int
     node_count: int

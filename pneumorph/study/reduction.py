@@ -26,6 +26,8 @@ from pneumorph.study.gait_walks import GaitWalks, collect_gait_walks, read_desig
 from pneumorph.study.reduce_settings import ReduceSettings, shipped_settings
 
 PART_FILE = "leg.npz"
+DOUBTFUL_COMPLIANCE_PERCENT = 30.0
+"""From such an error of the tip's compliance on it is told: legs that ship are 5 to 25 % off."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +124,33 @@ def reduce(
         snapshot_files_without_time=seconds["files_without"],
         walked_gait_count=len(walks),
         wall_s=time.monotonic() - start,
-        notes=() if short is None else (short,),
+        notes=(*(() if short is None else (short,)), *doubts(report, settings)),
     )
+
+
+def doubts(report: ReductionReport, settings: ReduceSettings) -> list[str]:
+    """What to tell of a reduction that a robot should not be trusted with."""
+    told = []
+    if not report.sampling_converged:
+        ecsw = settings.reduction.ecsw
+        told.append(
+            f"the sampled points stop at {report.sampling_residual:.2g}, expected "
+            f"{ecsw.hyperreduction_tolerance:g} or less: allow more of them "
+            f"(reduction.ecsw.element_limit, {ecsw.element_limit})"
+        )
+    compliance = report.compliance_error_percent
+    if compliance is not None and compliance > DOUBTFUL_COMPLIANCE_PERCENT:
+        told.append(
+            f"the reduced tip gives way to small forces by {compliance:.0f} % otherwise than that "
+            "of the finite elements: it lacks modes (reduction.mode_limit) or snapshots of loads "
+            "(snapshots.static.load_count)"
+        )
+    if report.heldout_node_error_mm is None:
+        told.append(
+            "no snapshot was held out, so errors are of what it was made from alone: collect more "
+            "of loads and walks"
+        )
+    return told
 
 
 def _protocol(physics: Physics, settings: SnapshotSettings) -> Physics:

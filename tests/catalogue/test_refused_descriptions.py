@@ -243,7 +243,7 @@ def test_a_ground_that_is_none_is_refused_with_file_and_field(
     for name, kind, why in (
         ("none.npy", FileNotFoundError, "does not exist"),
         ("edited.toml", ArtefactError, "not an image"),
-        ("line.npy", ArtefactError, r"shape \(row, column\) of at least 4 x 4, got \(5,\)"),
+        ("line.npy", ArtefactError, r"two axes, \(row, column\), .* got the shape \(5,\)"),
     ):
         path = edited("[hub] #", f'[physics.ground.map]\npath = "{name}"\n\n[hub] #')
         where = rf"{path}: physics.ground.map.path: height map .*{name}.*{why}"

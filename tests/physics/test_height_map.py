@@ -102,9 +102,16 @@ def test_bad_maps_are_refused(tmp_path):
     imsave(tmp_path / "red.png", np.tile([1.0, 0.0, 0.0], (5, 5, 1)))
     with pytest.raises(ValueError, match="has colours, expected greys"):
         HeightMap(tmp_path / "red.png").heights_mm()
-    with pytest.raises(ValueError, match=r"at least 4 x 4, got \(3, 5\)"):
+    with pytest.raises(ValueError, match=r"at least 4 each, .* got the shape \(3, 5\)"):
         height_field(np.zeros((3, 5)), 1.0)
-    with pytest.raises(ValueError, match="heights_mm must be finite"):
-        height_field(np.full((5, 5), np.nan), 1.0)
+    hole = np.zeros((5, 6))
+    hole[2, 4] = np.nan
+    with pytest.raises(ValueError, match=r"got nan in row 2, column 4 \(1 of 30 are not\)"):
+        height_field(hole, 1.0)
+    np.save(tmp_path / "metres.npy", 0.02e-3 * np.arange(30.0).reshape(5, 6))
+    with pytest.raises(ValueError, match=r"differ by 0\.00058 mm, expected .* be in metres"):
+        HeightMap(tmp_path / "metres.npy").smoothed_mm()
+    np.save(tmp_path / "level.npy", np.full((5, 6), 3.0))
+    np.testing.assert_allclose(HeightMap(tmp_path / "level.npy").smoothed_mm(), 3.0)
     with pytest.raises(ValueError, match="mm_per_pixel must be positive, got 0"):
         HeightMap(tmp_path / "red.png", mm_per_pixel=0.0)

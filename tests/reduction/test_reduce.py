@@ -255,6 +255,16 @@ def test_without_blocked_tips_no_error_of_them_is_told(reduction):
     assert reduction[1].blocked_error_percent is None
 
 
+def test_without_held_out_snapshots_no_error_of_them_is_told(model, snapshots, reduction):
+    settings = ReductionSettings(mode_limit=6, holdout_every=0)
+    _, report = reduce_part(model, snapshots, settings)
+    assert report.heldout_node_error_mm is None
+    assert report.heldout_worst_node_error_mm is None
+    assert report.heldout_force_error_percent is None
+    assert report.training_node_error_mm > 0.0
+    assert reduction[1].heldout_node_error_mm is not None
+
+
 def test_walks_have_what_is_left_of_the_weight(snapshots):
     settings = ReductionSettings(bend_share=0.2, load_share=0.3, blocked_share=0.1)
     kinds = snapshot_kinds(snapshots, settings)

@@ -6,13 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.result_example import example
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh, paper_leg_mesh
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.physics.air import Air
+from pneumorph.reduction.reduction_report import ReductionReport
 from pneumorph.reduction.walk_snapshots import WalkPhysics
 from pneumorph.study import reduction
+from pneumorph.study.reduce_settings import ReduceSettings
+from pneumorph.study.reduction import doubts
 from pneumorph.study.reduction_options import ReduceOptions, measured, reduce_as_asked
 
 
@@ -65,3 +69,18 @@ def test_a_mesh_without_outer_end_is_refused_before_its_snapshots(
     path = replace(mesh, node_sets=sets).save(tmp_path / "mesh.npz")
     with pytest.raises(MeshError, match="outer_end_face"):
         reduce_as_asked(replace(preset(), mesh=path), RunFolder(tmp_path / "run", "reduce"))
+
+
+def test_a_reduction_that_no_robot_should_walk_on_is_told() -> None:
+    sound = replace(
+        example(ReductionReport), compliance_error_percent=24.0, heldout_node_error_mm=0.1
+    )
+    settings = ReduceSettings()
+    assert doubts(sound, settings) == []
+    (points,) = doubts(replace(sound, sampling_converged=False), settings)
+    assert "stop at 0.1, expected 0.008 or less" in points
+    assert "element_limit, 220" in points
+    (stiff,) = doubts(replace(sound, compliance_error_percent=91.3), settings)
+    assert "by 91 % otherwise" in stiff
+    (unseen,) = doubts(replace(sound, heldout_node_error_mm=None), settings)
+    assert "no snapshot was held out" in unseen
