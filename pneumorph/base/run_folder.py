@@ -159,8 +159,15 @@ def read_settings(folder: Path) -> dict[str, Any]:
 def _read(folder: Path, name: str) -> dict[str, Any]:
     path = folder / name
     if not path.exists():
+        stopped = name == SUMMARY and (folder / SETTINGS).exists()
         raise ArtefactError(
             f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
+            + (
+                f", but has {SETTINGS}: a run may have been stopped there, and the same command "
+                "with the same --out goes on with it (coopt with --resume)"
+                if stopped
+                else ""
+            )
         )
     content = read_json(path, path.stem)
     _refuse_not_finite(content, path, "")

@@ -107,7 +107,7 @@ def _gait(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[
     else:
         gait, comments = read_gait(path)
     if settings.to == "sorotraj":
-        written = write_sorotraj(folder / "gait.yaml", gait, comments)
+        written = write_sorotraj(folder / "gait.yaml", gait, comments, settings.kPa_per_unit)
     else:
         held = gait.held(settings.hold_s) if isinstance(gait, InterpolatedGait) else gait
         written = write_gait(folder / GAIT_FILE, held, comments)

@@ -67,10 +67,17 @@ def write_sorotraj(
     path: Path | str,
     gait: HeldGait | InterpolatedGait,
     comments: Mapping[str, str] | None = None,
+    kPa_per_unit: float = 1.0,
 ) -> Path:
-    """Write a gait as a direct trajectory in kPa.
+    """Write a gait as a direct trajectory.
 
     Held commands switch within `SWITCH_S` at their end, for the format knows straight lines only.
+
+    Args:
+        path: Where to write.
+        gait: The gait.
+        comments: Named remarks, a line each.
+        kPa_per_unit: What one unit of the file is [kPa]; 6.894757 for psi.
     """
     if isinstance(gait, HeldGait):
         rows = []
@@ -81,8 +88,16 @@ def write_sorotraj(
         table = np.array(rows)
     else:
         table = np.column_stack([gait.time_s, gait.waypoint_kPa])
+    table[:, 1:] /= kPa_per_unit
     lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
-    lines += ["# pressures in kPa", "settings:", "  traj_type: direct", "config:", "  setpoints:"]
+    unit = "kPa" if kPa_per_unit == 1.0 else f"units of {kPa_per_unit:g} kPa"
+    lines += [
+        f"# pressures in {unit}",
+        "settings:",
+        "  traj_type: direct",
+        "config:",
+        "  setpoints:",
+    ]
     lines.append("    main:")
     for row in table:
         # repr is the shortest text that reads back to the same double.

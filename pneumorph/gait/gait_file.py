@@ -28,6 +28,9 @@ from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 LIMIT = "maximum_pressure_kPa"
 """Comment that names the highest pressure of a gait that goes above the usual limit."""
 
+LEAST_PEAK_KPA = 1.0
+"""Least peak of a gait [kPa]: no valve holds a hundredth of what moves a leg."""
+
 _COMMENT = re.compile(r"#\s*(?P<name>\w+)\s*:\s*(?P<value>.*)")
 
 
@@ -115,6 +118,12 @@ def read_gait(
         )
     except ValueError as error:
         raise ValueError(f"gait file {path}: {error}") from error
+    largest_kPa = float(gait.held_kPa.max())
+    if 0.0 < largest_kPa < LEAST_PEAK_KPA:
+        raise ValueError(
+            f"gait file {path}: its pressures go up to {largest_kPa:g} kPa, expected "
+            f"{LEAST_PEAK_KPA:g} kPa or more, or none at all: they may be in MPa or bar"
+        )
     return gait, comments
 
 

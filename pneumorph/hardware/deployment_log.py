@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.base.artefact import reading
-from pneumorph.hardware.measured_table import read_rows
+from pneumorph.hardware.measured_table import CONVERSIONS, read_rows
 
 COMMAND = "command"
 """Event of the row that is written just before a command is given."""
@@ -114,11 +114,11 @@ class LoggedPressures:
 
 
 def read_log(path: Path | str) -> LoggedPressures:
-    """Read a log, whole or cut off in its last row.
+    """Read a log, whole or cut off in its last row; pressures in the units that its header names.
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: Not a deployment log, or its times fall.
+        ValueError: Not a deployment log, a unit that is none of pressure, or its times fall.
     """
     header, rows = read_rows(path)
     commanded = [i for i, name in enumerate(header) if name.startswith("commanded_")]
@@ -128,14 +128,16 @@ def read_log(path: Path | str) -> LoggedPressures:
             f"{path} begins {','.join(header)!r}, expected time_s,commanded_1_kPa,..., "
             "sensed_1_kPa,...,event as deploy writes it"
         )
+    units = [_unit(path, header[column]) for column in (*commanded, *sensed)]
     samples: list[list[float]] = []
     events: list[tuple[float, str]] = []
     event_column = header.index("event") if "event" in header else None
+    whole = max(*sensed, -1 if event_column is None else event_column) + 1
     for number, row in enumerate(rows, start=1):
-        if len(row) < max(sensed) + 1:
+        if len(row) < whole:
             continue  # the row that was being written when the process was killed
         with reading(f"{path}, row {number}", "log"):
-            if event_column is not None and len(row) > event_column and row[event_column]:
+            if event_column is not None and row[event_column]:
                 events.append((float(row[0]), row[event_column]))
             if row[commanded[0]] and COMMAND not in row:
                 samples.append([float(v) if v else np.nan for v in row[: max(sensed) + 1]])
@@ -149,4 +151,17 @@ def read_log(path: Path | str) -> LoggedPressures:
             f"{path}: time_s falls from {before:g} to {after:g} s, expected times that never fall: "
             "the log may be sorted otherwise, or be of two trials"
         )
-    return LoggedPressures(table[:, 0], table[:, commanded], table[:, sensed], tuple(events))
+    pressures_kPa = table[:, [*commanded, *sensed]] * units
+    own, told = np.split(pressures_kPa, [len(commanded)], axis=1)
+    return LoggedPressures(table[:, 0], own, told, tuple(events))
+
+
+def _unit(path: Path | str, column: str) -> float:
+    """What one of a column's unit is [kPa], such as of ``sensed_1_psi``."""
+    unit = column.rpartition("_")[2]
+    if unit not in CONVERSIONS["kPa"]:
+        raise ValueError(
+            f"{path}: column {column!r} has the unit {unit!r}, expected one of "
+            f"{', '.join(CONVERSIONS['kPa'])} at its end"
+        )
+    return CONVERSIONS["kPa"][unit]

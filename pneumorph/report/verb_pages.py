@@ -133,12 +133,12 @@ def _certified(certificate: str) -> tuple[HeadlineNumber, ...]:
 EXPERT = (
     HeadlineNumber(
         "baseline_best_distance_cm",
-        "expert's best phase",
+        "the expert's best phase in the world as it stands",
         "{:.1f} cm",
         "best_achieved_by_expert",
-        "of the expert's best phase",
+        "of the expert's best phase in the world as it stands",
     ),
-    HeadlineNumber("baseline_best_phase_deg", "the expert's best phase", "{:.0f}°"),
+    HeadlineNumber("baseline_best_phase_deg", "the expert's best phase there", "{:.0f}°"),
 )
 """Of the expert's sweep, which stands beside what is made of a training."""
 _BEST_DISTANCE = HeadlineNumber(
@@ -170,12 +170,7 @@ TRAINING = VerbPage(
             "nominal_achieved",
             "of the best pair in the world as it stands",
         ),
-        replace(
-            EXPERT[0],
-            label="the expert's best phase in the world as it stands",
-            of_goal="of the expert's best phase in the world as it stands",
-        ),
-        EXPERT[1],
+        *EXPERT,
         replace(_BEST_DESIGN, label="best design in training"),
         _TIME,
     ),

@@ -210,6 +210,8 @@ def deploy_gait(
         design, described, goal = None, {"gait": "bend test"}, None
     else:
         found = find_gait(source, settings.design, settings.expert, settings.rank)
+        if (note := found.other_design_note) is not None:
+            folder.progress.say(note)
         design, gait, goal = found.design, found.gait, found.goal
         described = {"gait": found.name, "design": str(design)}
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are

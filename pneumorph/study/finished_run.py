@@ -148,7 +148,8 @@ class FinishedRun:
         return with_found_files(self.settings, self.folder)
 
     def _value(self, file: str, content: Any, place: str, kind: type[Kind]) -> Kind:
-        made_by = f"`pneumorph {self.summary.get('verb')}`"
+        verb = self.summary.get("verb")
+        made_by = f"`pneumorph {verb}`" if verb else "no verb made it: a folder inside a run?"
         return value_at(content, place, kind, self.folder / file, made_by)
 
     def structured(self, place: str, kind: type[Settings]) -> Settings:

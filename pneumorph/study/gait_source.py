@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +37,15 @@ class GaitSource:
     pressure_map: PressureMap | None = None
     settling_steps: int = 15
     goal: Goal = FORWARD
+    meant_for: Design | None = None
+    """Design that the source names; None where it names none."""
+
+    @property
+    def other_design_note(self) -> str | None:
+        """What to say where another design walks than the source names; None otherwise."""
+        if self.meant_for in (None, self.design):
+            return None
+        return f"{self.name} is a gait of {self.meant_for}; {self.design} walks it, as asked"
 
     def check_robot(self, regulator_count: int) -> None:
         """Refuse a gait for more regulators than the robot has.
@@ -80,14 +90,12 @@ def find_gait(
     elif source.is_dir():
         found = _of_run(source, design, rank)
     elif source.suffix in (".yaml", ".yml"):
-        gait, named = read_sorotraj(source), gait_remarks(source).get("design")
-        found = GaitSource(gait, _named_design(source, design, named), str(source))
+        found = _of_file(source, read_sorotraj(source), design, gait_remarks(source))
     elif source.suffix == ".npz":
         found = _of_policy(source, design)
     else:
         held, comments = read_gait(source)
-        named = comments.get("design")
-        found = GaitSource(held, _named_design(source, design, named), str(source))
+        found = _of_file(source, held, design, comments)
     try:
         found.design.check_regulators(found.gait.regulator_count)
     except ValueError as error:
@@ -109,18 +117,21 @@ def names_no_design(source: Path | str) -> bool:
     return "design" not in gait_remarks(source)
 
 
-def _named_design(source: Path, asked: str | None, named: str | None) -> Design:
-    """The design that is asked for, or else the one that a gait's file names.
+def _of_file(
+    source: Path, gait: OpenLoopGait, asked: str | None, remarks: Mapping[str, str]
+) -> GaitSource:
+    """A gait's file, for the design that is asked for, or else the one that it names.
 
     Raises:
-        ValueError: It is no design; names the file if that names it.
+        ValueError: Nothing is asked for, and what it names is no design; names the file.
     """
+    named, meant_for = remarks.get("design"), None
     try:
-        return _design(asked, named)
+        meant_for = None if named is None else Design.parse(named)
     except ValueError as error:
-        if asked is not None:
-            raise
-        raise ValueError(f"gait file {source}: design: {error}") from error
+        if asked is None:
+            raise ValueError(f"gait file {source}: design: {error}") from error
+    return GaitSource(gait, _design(asked, named), str(source), meant_for=meant_for)
 
 
 def _design(asked: str | None, named: str | None) -> Design:
@@ -158,6 +169,7 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
         run.spec().physics.pressure_map,
         run.task.settling_step_count,
         run.goal,
+        pair.design,
     )
 
 

@@ -123,6 +123,8 @@ def simulate(
     start = time.monotonic()
     source = find_gait(settings.gait, settings.design, settings.expert)
     source.check_robot(robot.physics.regulator_count)
+    if (note := source.other_design_note) is not None:
+        folder.progress.say(note)
     least = MINIMUM_LEGS if settings.model == "reduced" else 1
     if source.design.leg_count < least:
         raise ValueError(

@@ -138,19 +138,10 @@ def transfer(
     start = time.monotonic()
     if not runs:
         raise ValueError("runs is empty, expected at least one folder of `pneumorph deploy`")
-    labels: set[str] = set()
+    labelled = labelled_runs(runs)
     compared: list[tuple[Path, TrialComparison, tuple[Trial, ...]]] = []
     notes: list[str] = []
-    for number, text in enumerate(runs, start=1):
-        label, _, path = text.rpartition("=")
-        run = Path(path)
-        label = label or run.name
-        if not label or set(label) & set("/\\") or label in labels:
-            raise ValueError(
-                f"{text}: the label {label!r} names files of its own, expected one without slashes "
-                "that no other run has: LABEL=FOLDER"
-            )
-        labels.add(label)
+    for number, (label, run) in enumerate(labelled.items(), start=1):
         folder.progress.stage(f"simulating {label} ({number} of {len(runs)})")
         trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
         gait, design = _schedule(run)
@@ -177,6 +168,30 @@ def transfer(
     )
     comparisons = tuple(each for _, each, _ in compared)
     return TransferStudy(found, comparisons, tuple(trials for _, _, trials in compared))
+
+
+def labelled_runs(runs: Sequence[str]) -> dict[str, Path]:
+    """Folders by their labels, of LABEL=FOLDER or FOLDER.
+
+    Raises:
+        ValueError: A label is none, has slashes or is given twice.
+    """
+    found: dict[str, Path] = {}
+    for text in runs:
+        label, _, path = text.rpartition("=")
+        label = label or Path(path).name
+        if not label or set(label) & set("/\\"):
+            raise ValueError(
+                f"{text}: the label {label!r} names files of its own, expected one without "
+                "slashes: LABEL=FOLDER"
+            )
+        if label in found:
+            raise ValueError(
+                f"{text}: the label {label!r} is that of {found[label]} already, expected one for "
+                "each run: LABEL=FOLDER"
+            )
+        found[label] = Path(path)
+    return found
 
 
 def _robot(

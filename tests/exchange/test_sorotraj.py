@@ -44,6 +44,15 @@ def test_psi(tmp_path: Path) -> None:
     np.testing.assert_allclose(gait.pressure_kPa(2.0)[0], 34.47, atol=0.01)
 
 
+def test_a_gait_in_psi_reads_back(tmp_path: Path) -> None:
+    gait = HeldGait.evenly(np.array([[68.94757, 0.0], [34.473785, 6.894757]]), 1.0)
+    path = write_sorotraj(tmp_path / "psi.yaml", gait, kPa_per_unit=6.894757)
+    assert "[0.0, 10.0, 0.0]" in path.read_text()
+    assert "# pressures in units of 6.89476 kPa" in path.read_text()
+    read = read_sorotraj(path, 6.894757)
+    np.testing.assert_allclose(read.pressure_kPa(1.5), [34.473785, 6.894757], rtol=1e-12)
+
+
 def test_cubic_goes_through_its_waypoints(tmp_path: Path) -> None:
     text = """settings: {traj_type: interp}
 config:

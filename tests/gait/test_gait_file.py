@@ -37,6 +37,7 @@ def test_round_trip_is_exact(tmp_path: Path) -> None:
         (HEADER + "0,inf,20\n1,inf,20\n", r"pressure_kPa\[0, 0\] is inf"),
         (HEADER + "0,10,120\n1,10,120\n", r"pressure_kPa\[0, 1\] is 120\.0, .* from 0 to 90"),
         (HEADER + "1,10,20\n0,15,20\n", "rise|increas|later"),
+        (HEADER + "0,0.09,0.02\n1,0.09,0.02\n", r"go up to 0\.09 kPa, .* may be in MPa"),
         (
             HEADER + "0,10,20\n0.5,15,20\n",
             "new command at 0.5 s .* append the line 1,15,20 to hold",

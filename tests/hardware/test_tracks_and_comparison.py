@@ -201,6 +201,19 @@ def test_a_log_cut_off_in_a_row_reads_to_the_row_before(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.time_s, [0.01, 0.11])
     np.testing.assert_allclose(read.sensed_kPa[:, 0], [1.0, 8.0])
     assert read.events[0] == (0.0, "start")
+    path.write_text(path.read_text().replace("0.21,10.0,0.", "0.21,10,0,0,8.1,,5"))
+    np.testing.assert_allclose(read_log(path).time_s, [0.01, 0.11])  # of 54.7 kPa, cut off
+
+
+def test_a_log_in_psi_is_read_in_kPa_and_one_without_a_unit_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,commanded_1_psi,sensed_1_mbar,event\n0,10,500,\n1,10,600,\n")
+    read = read_log(path)
+    np.testing.assert_allclose(read.commanded_kPa, np.full((2, 1), 68.94757293168361))
+    np.testing.assert_allclose(read.sensed_kPa[:, 0], [50.0, 60.0])
+    path.write_text("time_s,commanded_1,sensed_1,event\n0,10,5,\n")
+    with pytest.raises(ValueError, match=r"'commanded_1' has the unit '1', expected one of kPa,"):
+        read_log(path)
 
 
 def _trial(name: str, path: np.ndarray, delay_s: float = 0.0) -> Trial:
@@ -325,6 +338,17 @@ def test_trial_folders(tmp_path: Path) -> None:
         read_trial(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"trial_9 does not exist"):
         read_trial(tmp_path / "trial_9")
+
+
+def test_a_label_that_is_given_twice_is_refused_before_anything_is_simulated(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(ValueError, match=r"two: the label 'L' is that of one already"):
+        transfer(
+            ["L=one", "L=two"], TransferSettings(), paper_robot(),
+            RunFolder(tmp_path / "out", "transfer"),
+        )  # fmt: skip
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("runs", [["../B=dep"], ["a\\b=dep"], ["=/"]])

@@ -52,12 +52,12 @@ def test_a_value_that_is_not_known_is_not_shown() -> None:
     sweep = example(BestPhase)
     distance = EXPERT[0]
     assert distance.said(sweep) == (
-        "expert's best phase",
+        "the expert's best phase in the world as it stands",
         f"{sweep.baseline_best_distance_cm:.1f} cm",
     )
     turn = Goal("turn_left", cm_per_unit=0.1)
     assert distance.said(sweep, turn) == (
-        "turn to the left of the expert's best phase",
+        "turn to the left of the expert's best phase in the world as it stands",
         f"{sweep.best_achieved_by_expert:.0f}°",
     )
     object.__setattr__(sweep, "baseline_best_distance_cm", float("nan"))

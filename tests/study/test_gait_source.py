@@ -112,6 +112,17 @@ def test_recalibrated_gaits_are_cut_off_at_the_limit() -> None:
     assert recalibrated(ExpertGait(), soft, soft, 95.0) == ExpertGait()
 
 
+def test_a_gait_of_another_design_is_told(tmp_path: Path) -> None:
+    gait = HeldGait.evenly(np.full((2, 3), 20.0))
+    path = write_gait(tmp_path / "own.csv", gait, {"design": "0.1.0.2.0.1.0.3"})
+    assert find_gait(path, None, ExpertGait()).other_design_note is None
+    assert find_gait(path, "0.1.0.2.0.1.0.3", ExpertGait()).other_design_note is None
+    note = find_gait(path, BASELINE_DESIGN, ExpertGait()).other_design_note
+    assert note == f"{path} is a gait of 0.1.0.2.0.1.0.3; {BASELINE_DESIGN} walks it, as asked"
+    nobodys = write_gait(tmp_path / "none.csv", gait)
+    assert find_gait(nobodys, BASELINE_DESIGN, ExpertGait()).other_design_note is None
+
+
 def test_a_gait_for_more_regulators_than_the_robot_has_is_named(tmp_path: Path) -> None:
     path = write_gait(tmp_path / "five.csv", HeldGait.evenly(np.full((2, 5), 20.0)))
     with pytest.raises(ValueError, match=rf"{path} commands 5 regulators, expected at most 3"):
