@@ -149,7 +149,9 @@ def _run_verb(name: str, arguments: list[str]) -> int:
                 folder.remove_if_only_settings()
             stopped = isinstance(error, KeyboardInterrupt) and folder.path.exists()
             if stopped and hasattr(options, "resume"):
-                again = f"; the same command with --resume --out {folder.path} goes on"
+                again = f"; the same command with --resume --out {folder.path} "
+                kept = any(folder.path.rglob("checkpoint*.npz"))
+                again += "goes on" if kept else "begins again: it had no checkpoint yet"
                 setattr(error, _BACKGROUND, again)
             if isinstance(error, OSError) and error.errno == errno.ENOSPC and not error.filename:
                 # From a log that grows; whole files say their own names.

@@ -176,10 +176,19 @@ def test_the_keyboard_stops_a_training_and_says_how_it_goes_on(
         (out / "training").mkdir()
         raise KeyboardInterrupt
 
-    for stop, goes_on in ((stopped, False), (stopped_later, True)):
+    def stopped_much_later(*_: object, **__: object) -> None:
+        (out / "training/checkpoint.npz").touch()
+        raise KeyboardInterrupt
+
+    again = f"the same command with --resume --out {out} "
+    for stop, said_then in (
+        (stopped, ""),
+        (stopped_later, f"{again}begins again: it had no checkpoint yet"),
+        (stopped_much_later, f"{again}goes on"),
+    ):
         monkeypatch.setattr("pneumorph.study.training_options.run_training", stop)
         assert run(["coopt", "--out", str(out)]) == 130
         said = capsys.readouterr().err
         assert "stopped by the keyboard" in said
-        assert (f"the same command with --resume --out {out} goes on" in said) is goes_on
-        assert out.exists() is goes_on
+        assert said_then in said
+        assert (again in said) == bool(said_then) == out.exists()

@@ -83,7 +83,7 @@ class Mesh(ShownInNotebooks):
     def __repr__(self) -> str:
         order = "linear" if self.edge_nodes is None else "quadratic"
         size = np.ptp(self.nodes, axis=0) if len(self.nodes) else np.zeros(3)
-        regions = ", ".join([*self.surfaces, *self.node_sets]) or "none"
+        regions = ", ".join(dict.fromkeys([*self.surfaces, *self.node_sets])) or "none"
         return (
             f"Mesh({len(self.nodes)} nodes, {len(self.tetrahedra)} {order} tetrahedra, "
             f"{size[0]:.3g} x {size[1]:.3g} x {size[2]:.3g} mm, regions {regions})"

@@ -71,6 +71,7 @@ def read_mesh_file(
         mesh = _with_contact_points(_with_skin(mesh), contact_spacing_mm)
         check_mesh(mesh)  # now with its contact points
         _check_upright(mesh)
+        _check_outwards(mesh)
     except MeshError as error:
         raise MeshError(f"mesh file {path}: {error}") from error
     return mesh
@@ -164,6 +165,26 @@ def _check_upright(mesh: Mesh) -> None:
             f"the sheet lies {sheet - height.min():.1f} mm above the lowest node of "
             f"{2.0 * middle:.1f} mm, expected it at the bottom, z being up: the leg may be upside "
             "down, or y up as in some CAD programs; turn the nodes before the file is written"
+        )
+
+
+def _check_outwards(mesh: Mesh) -> None:
+    """Refuse a leg that points anywhere but along x.
+
+    Raises:
+        MeshError: The way from the node set ``attachment`` to ``outer_end_face``, where there are
+            both, is more than 45 degrees off.
+    """
+    ends = [mesh.node_sets.get(name) for name in ("attachment", "outer_end_face")]
+    if any(nodes is None or len(nodes) == 0 for nodes in ends):
+        return
+    held, end = (mesh.nodes[nodes].mean(axis=0) for nodes in ends)
+    way = end - held
+    if way[0] < np.cos(np.pi / 4.0) * np.linalg.norm(way):
+        told = ", ".join(f"{each:.1f}" for each in way)
+        raise MeshError(
+            f"outer_end_face lies ({told}) mm from attachment, expected it along +x: bends are "
+            "measured about y; turn the nodes before the file is written"
         )
 
 

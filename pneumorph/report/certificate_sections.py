@@ -82,7 +82,7 @@ def certificate_sections(
     caption = (
         f"{found.goal.title} in {found.world_count} worlds that training never saw. "
         "The expert's robot has "
-        f"the phase of its largest mean in the training's worlds, {found.expert.phase_deg:g}°."
+        f"the phase of its largest mean in {_tuned_in(found)}, {found.expert.phase_deg:g}°."
     )
     sections = [
         Section(
@@ -96,6 +96,11 @@ def certificate_sections(
     if found.rounds:
         sections.append(Section("As finite elements", _full_order_table(found)))
     return [*sections, Section("What to measure next", _tests_table(found))]
+
+
+def _tuned_in(found: Certificate) -> str:
+    count = found.expert.tuning_world_count
+    return f"{'' if count is None else f'{count} of '}the training's worlds"
 
 
 def trained_certificate_sections(

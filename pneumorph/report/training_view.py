@@ -88,6 +88,8 @@ def _headline(snapshot: TrainingSnapshot, goal: Goal) -> dict[str, str]:
         return {}
     last = snapshot.metrics[-1]
     best, mean = best_of_round(last), goal.of_reward(last["return_mean_cm"])
+    if best is None and snapshot.pairs:  # of robots in drawn worlds they are known at the end
+        best = snapshot.pairs[0].achieved
     return {
         f"best {goal.label}": "none yet" if best is None else goal.said(best),
         "mean of the last round": goal.said(mean),

@@ -126,7 +126,7 @@ def certify_once(
         optimism=chosen.optimism,
         measure_next=worth_measuring(tests, len(worlds)),
         pairs=tuple(certified),
-        expert=CertifiedExpert(str(expert.design), phase_deg, expert_band),
+        expert=CertifiedExpert(str(expert.design), phase_deg, expert_band, len(tuning)),
         tests=tests,
         world_count=len(worlds),
         distributions=settings_to_dict(drawn),

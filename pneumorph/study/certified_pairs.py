@@ -54,6 +54,8 @@ class CertifiedExpert:
     phase_deg: float
     """Of the largest mean in the training's worlds."""
     band: Band
+    tuning_world_count: int | None = None
+    """In how many of them; None in files of earlier versions."""
 
 
 @dataclass(frozen=True)

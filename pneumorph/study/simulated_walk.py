@@ -125,11 +125,13 @@ def simulate(
     source.check_robot(robot.physics.regulator_count)
     if (note := source.other_design_note) is not None:
         folder.progress.say(note)
-    least = MINIMUM_LEGS if settings.model == "reduced" else 1
-    if source.design.leg_count < least:
-        raise ValueError(
-            f"design {source.design} has {source.design.leg_count} legs, expected at least "
-            f"{least}: it would lie on the floor"
+    count = source.design.leg_count
+    if count == 0:
+        raise ValueError(f"design {source.design} has no legs, expected at least one")
+    if count < MINIMUM_LEGS:
+        folder.progress.say(
+            f"design {source.design} has {count} legs, fewer than the {MINIMUM_LEGS} that stand by "
+            "themselves: it may lie on the floor"
         )
     if settings.model == "reduced":
         gait = source.gait

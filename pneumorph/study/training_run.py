@@ -292,10 +292,22 @@ def run_training(
         shown=tuple(shown),
         notes=(
             *learned.remarks,
+            *_untaught(learned, settings),
             *_range_notes(expert, replayed),
             *(() if certified is None else certified.notes),
         ),
     )
+
+
+def _untaught(learned: CooptResult, settings: CooptSettings) -> list[str]:
+    """What to tell of a training that ended before its policy learned anything."""
+    if learned.update_count:
+        return []
+    return [
+        f"nothing was learned: {learned.timesteps} timesteps are not more than "
+        f"learning_start_timestep, {settings.learning_start_timestep}, until which actions are "
+        "drawn at random"
+    ]
 
 
 def _range_notes(expert: BestPhase, replayed: Trajectory | None) -> list[str]:

@@ -143,7 +143,7 @@ def test_simulate_takes_a_full_robot_of_any_design(
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
-        ("--design 1.0.0.0.0.0.0.2", "has 2 legs, expected at least 3"),
+        ("--design 0.0.0.0.0.0.0.0", "has no legs, expected at least one"),
         ("--design 1.0.0.4.4.0.0.1", "regulator 4, expected 1 to 3"),
         ("--design 1.a.2", "not whole numbers joined by dots"),
         ("--design 1.1.1", "3 locations, expected 8"),

@@ -1,3 +1,4 @@
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.geometry.mesh import Mesh, MeshError
-from pneumorph.geometry.mesh_file import read_mesh_file
+from pneumorph.geometry.mesh_file import _check_outwards, read_mesh_file
 from pneumorph.geometry.surface import enclosed_volume
 
 meshio = pytest.importorskip("meshio")
@@ -82,6 +83,16 @@ def test_a_leg_upside_down_is_refused(hollow, tmp_path):
     write(turned, tmp_path / "box.msh", file_format="gmsh22")
     with pytest.raises(MeshError, match=r"box\.msh: the sheet lies 9\.0 mm above .* upside down"):
         read_mesh_file(tmp_path / "box.msh", node_sets=())
+
+
+@pytest.mark.parametrize(("axis", "sign", "refused"), [(0, 1, 0), (0, -1, 1), (1, 1, 1), (2, 1, 1)])
+def test_a_leg_that_does_not_point_outwards_is_refused(hollow, axis, sign, refused):
+    along = sign * hollow.nodes[:, axis]
+    ends = {"attachment": along == along.min(), "outer_end_face": along == along.max()}
+    mesh = replace(hollow, node_sets={name: np.flatnonzero(at) for name, at in ends.items()})
+    expected = pytest.raises(MeshError, match=r"mm from attachment, expected it along \+x")
+    with expected if refused else nullcontext():
+        _check_outwards(mesh)
 
 
 def test_surface_only_and_damaged_files_are_refused(hollow, tmp_path):

@@ -13,10 +13,13 @@ from helpers.result_example import example
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import load_result, result_to_dict, save_result
+from pneumorph.learn.coopt_result import CooptResult
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.report.verb_pages import PAGES
 from pneumorph.study.comparison import Comparison, Kind, NodeErrors
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import SearchCurve
+from pneumorph.study.training_run import _untaught
 
 RESULTS = sorted(
     {page.result for page in PAGES.values() if dataclasses.is_dataclass(page.result)}
@@ -73,3 +76,10 @@ def test_a_damaged_summary_is_refused_by_file_and_field(verb: str, tmp_path: Pat
     (tmp_path / "summary.json").write_text(json.dumps({**content, number: "far"}))
     with pytest.raises(ArtefactError, match=number):
         FinishedRun.read(tmp_path).result(kind)
+
+
+def test_a_training_that_ended_before_it_learned_says_so() -> None:
+    found, settings = example(CooptResult), CooptSettings()
+    assert _untaught(found, settings) == []
+    (note,) = _untaught(dataclasses.replace(found, update_count=0, timesteps=96), settings)
+    assert note.startswith("nothing was learned: 96 timesteps are not more than learning_start")
