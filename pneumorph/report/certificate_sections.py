@@ -22,6 +22,7 @@ from pneumorph.report.walk_sections import can_be_drawn, replay_section
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import CERTIFICATE_FOLDER
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.measure_next import CHANCE_SHARE
 from pneumorph.study.sensitivity import chance_index
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.training_run import TrainingResult
@@ -219,10 +220,11 @@ def _tests_table(found: Certificate) -> str:
         *map(found.goal.in_unit, ("width then", "narrower by")),
         "how",
     ]
-    said = f"Of {found.best}'s band, 10th to 90th percentile. " + (
-        f"Worth most: {found.measure_next}."
-        if found.measure_next
-        else "None does more than chance may."
+    chance = 100.0 * CHANCE_SHARE / found.world_count**0.5
+    said = (
+        f"Of {found.best}'s band, 10th to 90th percentile. By chance alone a test may seem to "
+        f"narrow it by up to {chance:.0f} %, or to widen it. "
+        + (f"Worth most: {found.measure_next}." if found.measure_next else "None does more.")
     )
     return page.paragraph(said) + page.table(header, rows)
 

@@ -149,6 +149,12 @@ def transfer(
         notes += told
         found_there = _compared(spec, gait, design, label, trials, settings, folder)
         compared.append((run, found_there, trials))
+        spread = found_there.spread_cm
+        folder.progress.say(
+            f"{label}: {found_there.mean_distance_cm:.1f} cm measured, "
+            + ("" if spread is None else f"deviation {spread:.1f}, ")
+            + f"{found_there.simulated_distance_cm:.1f} cm simulated"
+        )
     first = compared[0][1]
     robots = tuple(_robot(run, each, trials, first) for run, each, trials in compared)
     write_json(folder / "comparison.json", {"robots": [result_to_dict(robot) for robot in robots]})
