@@ -105,6 +105,25 @@ def measured_numbers(
     return found
 
 
+def beyond_usual_worlds(number: str, value: float, deviation: float) -> str | None:
+    """What to say of a measurement that no world of `UNCERTAINTIES` agrees with; None of others.
+
+    Args:
+        number: What was measured.
+        value: What was found.
+        deviation: Its standard deviation.
+    """
+    usual = UNCERTAINTIES[number].distribution
+    try:
+        Distribution.parse(usual).check_measured(number, value, deviation)
+    except ValueError:
+        return (
+            f"no world that is drawn as usual, {number} {usual}, agrees with that: certify and "
+            "evaluate refuse it unless another distribution of it is given (--randomisation.*)"
+        )
+    return None
+
+
 def _refuse_far(test: BenchTest, read: np.ndarray, values: np.ndarray) -> None:
     """Refuse readings that mean a number far outside of the range of the worlds.
 

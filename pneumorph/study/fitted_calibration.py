@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,11 @@ from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.bench_readings import measured_numbers, read_bench_readings
+from pneumorph.study.bench_readings import (
+    beyond_usual_worlds,
+    measured_numbers,
+    read_bench_readings,
+)
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.path_simulator import path_simulator
 from pneumorph.study.recorded_walk import Model
@@ -188,7 +192,7 @@ def calibrate(
         plain = replace(robot, calibration=None).spec()
         calibration, path = _with_parameters(calibration, settings, spec, plain, folder)
     if settings.bench is not None:
-        calibration = _with_bench(calibration, settings.bench, spec)
+        calibration = _with_bench(calibration, settings.bench, spec, folder.progress.say)
     file, air = calibration.save(folder / CALIBRATION_FILE), calibration.air
     found = FittedCalibration(
         calibration=str(file),
@@ -340,8 +344,14 @@ def _factors_of_air(intervals: Mapping[str, tuple[float, float]]) -> dict[str, t
     return found
 
 
-def _with_bench(calibration: Calibration, bench: Path, spec: RobotSpec) -> Calibration:
+def _with_bench(
+    calibration: Calibration, bench: Path, spec: RobotSpec, say: Callable[[str], None]
+) -> Calibration:
     found = measured_numbers(read_bench_readings(bench), spec)
+    for name, (value, deviation) in found.items():
+        say(f"measured {name}: {value:.4g} +- {deviation:.2g}")
+        if (note := beyond_usual_worlds(name, value, deviation)) is not None:
+            say(note)
     return replace(
         calibration,
         measured={**calibration.measured, **found},

@@ -19,6 +19,7 @@ from pneumorph.physics.calibration import Calibration
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.bench_readings import (
     bench_test,
+    beyond_usual_worlds,
     measured_numbers,
     read_bench_readings,
     write_bench_readings,
@@ -171,6 +172,13 @@ def test_readings_far_outside_of_what_worlds_allow_are_refused(
 ) -> None:
     with pytest.raises(ValueError, match=f"{name}' is .*makes {number}.*expected .*likely cause"):
         measured_numbers({name: np.array([reading])}, spec)
+
+
+def test_a_measurement_that_no_usual_world_agrees_with_is_told() -> None:
+    assert beyond_usual_worlds("mass_factor", 1.12, 0.012) is None
+    told = beyond_usual_worlds("mass_factor", 1.239, 0.012)
+    assert told is not None
+    assert "mass_factor U(0.9, 1.1), agrees" in told
 
 
 def test_every_test_of_the_bench_is_of_a_number_that_worlds_have() -> None:
