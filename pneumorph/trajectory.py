@@ -143,9 +143,11 @@ class Trajectory(ShownInNotebooks):
 
     def __repr__(self) -> str:
         whose = self.metadata.get("design") or "robot"
+        ratio = self.metadata.get("range_ratio")
+        reached = "" if ratio is None else f", {ratio:.2g} times as far as its legs' snapshots"
         return (
             f"Trajectory({whose}: {self.status}, {self.time_s[-1]:g} s in {len(self.time_s)} "
-            f"frames, {self.forward_distance_cm:.2f} cm forward)"
+            f"frames, {self.forward_distance_cm:.2f} cm forward{reached})"
         )
 
     @property

@@ -128,5 +128,7 @@ def test_values_that_hold_arrays_are_told_in_a_line(
     for value in [*values, spec.hub.mesh]:
         assert len(repr(value)) < 150, type(value)
     assert repr(values[0]) == f"Trajectory({DESIGN}: completed, 2 s in 21 frames, 1.00 cm forward)"
+    far = replace(make_trajectory(), metadata={"range_ratio": 2.51})
+    assert repr(far).endswith("1.00 cm forward, 2.5 times as far as its legs' snapshots)")
     assert repr(robot) == f"Robot({DESIGN}: 4 parts on a hub, 495 g)"
     assert repr(part).startswith(f"ReducedPart(2548 nodes, {part.mode_count} modes, ")
