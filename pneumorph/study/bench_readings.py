@@ -82,7 +82,7 @@ def measured_numbers(
 ) -> dict[str, tuple[float, float]]:
     """Value and standard deviation of the mean of each number that was tested.
 
-    Readings scatter by as much as the test is said to, or by more where three and more show it.
+    Readings scatter by as much as the test is said to, or by more where they show it.
 
     Args:
         readings: As `read_bench_readings` returns them.
@@ -99,7 +99,7 @@ def measured_numbers(
         _refuse_far(test, read, values)
         value = float(values.mean())
         deviation = test.deviation_at(value)
-        if len(values) > 2:
+        if len(values) > 1:
             deviation = max(deviation, float(values.std(ddof=1)))
         found[test.number] = value, deviation / float(np.sqrt(len(values)))
     return found

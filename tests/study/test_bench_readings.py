@@ -50,6 +50,13 @@ def test_readings_that_scatter_more_than_said_count_as_they_scatter(spec: RobotS
     read = np.array([0.0, 0.5, 1.0])
     _, spread = measured_numbers({"level of the floor": read}, spec)["floor_slope_deg"]
     assert spread == pytest.approx(0.5 / math.sqrt(3.0))
+    apart = {
+        "tilt of a leg": np.array([20.0, 42.0])
+    }  # one of them is wrong, and nobody knows which
+    low, high = np.tan(np.radians([20.0, 42.0]))
+    assert measured_numbers(apart, spec)["friction sheet"] == pytest.approx(
+        (0.5 * (low + high), 0.5 * (high - low))
+    )
 
 
 def test_the_bend_of_a_stiffer_leg_gives_its_factor(spec: RobotSpec) -> None:
