@@ -109,7 +109,8 @@ def test_results_stand_beside_the_baseline(runs: Path, tmp_path: Path) -> None:
     report = ["report", str(runs / "evaluate"), "--figure-files", "--out", str(tmp_path)]
     assert run(report) == 0
     content = (tmp_path / "page.html").read_text()
-    assert f"<b>{baseline:.1f} cm</b><span>expert&#x27;s best phase</span>" in content
+    label = "the expert&#x27;s best phase in the world as it stands"
+    assert f"<b>{baseline:.1f} cm</b><span>{label}</span>" in content
     assert "<td>B</td><td>1.0.0.2.2.0.0.1</td>" in content
 
 
