@@ -91,14 +91,8 @@ def write_sorotraj(
     table[:, 1:] /= kPa_per_unit
     lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
     unit = "kPa" if kPa_per_unit == 1.0 else f"units of {kPa_per_unit:g} kPa"
-    lines += [
-        f"# pressures in {unit}",
-        "settings:",
-        "  traj_type: direct",
-        "config:",
-        "  setpoints:",
-    ]
-    lines.append("    main:")
+    lines += [f"# pressures in {unit}", "settings:", "  traj_type: direct"]
+    lines += ["config:", "  setpoints:", "    main:"]
     for row in table:
         # repr is the shortest text that reads back to the same double.
         lines.append("      - [" + ", ".join(repr(float(value)) for value in row) + "]")

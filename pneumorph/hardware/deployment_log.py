@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.base.artefact import reading
-from pneumorph.hardware.measured_table import CONVERSIONS, read_rows
+from pneumorph.hardware.measured_table import read_rows, unit_factor
 
 COMMAND = "command"
 """Event of the row that is written just before a command is given."""
@@ -128,7 +128,8 @@ def read_log(path: Path | str) -> LoggedPressures:
             f"{path} begins {','.join(header)!r}, expected time_s,commanded_1_kPa,..., "
             "sensed_1_kPa,...,event as deploy writes it"
         )
-    units = [_unit(path, header[column]) for column in (*commanded, *sensed)]
+    names = [header[column] for column in (*commanded, *sensed)]
+    units = [unit_factor(path, name, name.rpartition("_")[2], "kPa") for name in names]
     samples: list[list[float]] = []
     events: list[tuple[float, str]] = []
     event_column = header.index("event") if "event" in header else None
@@ -154,14 +155,3 @@ def read_log(path: Path | str) -> LoggedPressures:
     pressures_kPa = table[:, [*commanded, *sensed]] * units
     own, told = np.split(pressures_kPa, [len(commanded)], axis=1)
     return LoggedPressures(table[:, 0], own, told, tuple(events))
-
-
-def _unit(path: Path | str, column: str) -> float:
-    """What one of a column's unit is [kPa], such as of ``sensed_1_psi``."""
-    unit = column.rpartition("_")[2]
-    if unit not in CONVERSIONS["kPa"]:
-        raise ValueError(
-            f"{path}: column {column!r} has the unit {unit!r}, expected one of "
-            f"{', '.join(CONVERSIONS['kPa'])} at its end"
-        )
-    return CONVERSIONS["kPa"][unit]

@@ -86,17 +86,33 @@ def read_rows(path: Path | str) -> tuple[list[str], list[list[str]]]:
     return [name.strip() for name in header], rows
 
 
+def unit_factor(path: Path | str, column: str, given: str, unit: str, expected: str = "") -> float:
+    """What one of a column's unit is in a house unit.
+
+    Args:
+        path: The file, which the message names.
+        column: The column, likewise.
+        given: Its unit.
+        unit: The house unit.
+        expected: Begins what is told to be expected.
+
+    Raises:
+        ValueError: The unit is none of that kind.
+    """
+    if given not in CONVERSIONS[unit]:
+        raise ValueError(
+            f"{path}: column {column!r} has the unit {given or 'none'!r}, expected {expected}one "
+            f"of {', '.join(CONVERSIONS[unit])}"
+        )
+    return CONVERSIONS[unit][given]
+
+
 def _column(path: Path, header: Sequence[str], name: str, unit: str) -> tuple[int, float]:
     """Place of a quantity's column and the factor to its house unit."""
     for place, column in enumerate(header):
         if column == name or column.startswith(f"{name}_"):
             given = column.removeprefix(name).removeprefix("_")
-            if given in CONVERSIONS[unit]:
-                return place, CONVERSIONS[unit][given]
-            raise ValueError(
-                f"{path}: column {column!r} has the unit {given or 'none'!r}, expected {name}_UNIT "
-                f"with one of {', '.join(CONVERSIONS[unit])}"
-            )
+            return place, unit_factor(path, column, given, unit, f"{name}_UNIT with ")
     raise ValueError(
         f"{path}: column {name}_{unit} is missing, the header is {','.join(header)}; units are "
         "part of the names"

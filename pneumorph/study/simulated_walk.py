@@ -117,7 +117,7 @@ def simulate(
 
     Raises:
         FileNotFoundError: The gait's file is missing.
-        ValueError: It is no gait, or the design has too few legs or regulators that the gait does
+        ValueError: It is no gait, the design has no legs, or regulators that the gait does
             not command.
     """
     start = time.monotonic()
