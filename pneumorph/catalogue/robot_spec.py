@@ -19,6 +19,7 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
+from pneumorph.catalogue.floor_check import check_above_floor
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
 from pneumorph.catalogue.mirror_check import check_mirror
@@ -99,7 +100,8 @@ class RobotSpec(ShownInNotebooks):
 
         Raises:
             ValueError: The design has another number of locations than the robot has sites, or
-                another number of regulators for a module than it has cavities.
+                another number of regulators for a module than it has cavities, or the robot
+                begins inside the floor.
         """
         design = self._known(design)
         mounts: list[Mount] = []
@@ -109,7 +111,10 @@ class RobotSpec(ShownInNotebooks):
             driven = module.driven_by(regulators, f"design {design}", site)
             pose = tilted(pose, module.reduced.rest_nodes, self.mounting_angle_deg)
             mounts.append(Mount(module.reduced, pose, driven))
-        return Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
+        robot = Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
+        if self.mounting_angle_deg == 0.0:  # drawn ones may press a leg's tip on the floor
+            check_above_floor(robot, self.physics)
+        return robot
 
     def reduced(
         self, design: Design | str, watch: Callable[[Trajectory], None] | None = None
@@ -127,7 +132,12 @@ class RobotSpec(ShownInNotebooks):
         return ReducedRobot(self.assembly(design), self.physics, self.stepper, watch)
 
     def full(self, design: Design | str) -> FullRobot:
-        """The finite elements that the reduced robot of a design stands for."""
+        """The finite elements that the reduced robot of a design stands for.
+
+        Raises:
+            ValueError: As `assembly`.
+        """
+        self.assembly(design)  # is refused as that is
         design, mounts = self._known(design), []
         for module, pose, regulators in self._mounted(design):
             pose = tilted(pose, module.full.rest_nodes, self.mounting_angle_deg)
