@@ -30,6 +30,7 @@ from pneumorph.study.certified_candidates import (
 from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.measure_next import narrowings, worth_measuring
+from pneumorph.study.ranking_notes import ranking_notes
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.sensitivity import sensitivities
@@ -138,6 +139,7 @@ def certify_once(
         notes=(
             *own_task_notes(candidates.own_task, goal, trained=candidates.ranked_there),
             *idle_notes(spec, drawn),
+            *ranking_notes([pair.label for pair in certified], best, by_pairs, goal),
             *_notes(certified, goal),
         ),
         wall_s=time.monotonic() - start,
