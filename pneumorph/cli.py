@@ -182,7 +182,7 @@ def _parsed(
     """
     import tyro
 
-    from pneumorph.base.layers import changed_flags, flags_of, given_flags, layered
+    from pneumorph.base.layers import changed_flags, flags_of, given_flags, layer_of_flag, layered
     from pneumorph.base.meant_flags import meant_flags
     from pneumorph.base.settings import load_settings, read_settings_file
     from pneumorph.catalogue.older_names import current_arguments
@@ -194,6 +194,10 @@ def _parsed(
     if file is not None:
         with _told_of_other_verb(Path(file), name):
             default = load_settings(verb.options, Path(file), default)
+    described = _value_of("--robot", arguments)
+    if described is not None and not _must_be_given(preset):
+        # Flags beside it change that robot: ten legs are not too many for twelve sites.
+        default = layered(default, [layer_of_flag(verb.options, "--robot", described)])
     # Both groups without a prefix: --out, not --common.out.
     flat = tyro.conf.arg(name="")
     groups: list[Any] = [

@@ -97,6 +97,17 @@ def given_flags(settings: Any, default: Any, arguments: Sequence[str]) -> dict[s
     return layer
 
 
+def layer_of_flag(kind: Any, flag: str, value: Any) -> dict[str, Any]:
+    """Return what a single flag of a settings class sets, as nested dictionaries; empty where it
+    has no such flag."""
+    for path, name in _flags(kind):
+        if name == flag:
+            for each in reversed(path):
+                value = {each: value}
+            return dict(value)
+    return {}
+
+
 def flags_of(kind: Any) -> list[str]:
     """The flags of a settings class."""
     return [flag for _, flag in _flags(kind) if flag is not None]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from math import comb
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,38 @@ def test_explore_shows_its_designs(robot: Path, capsys: pytest.CaptureFixture[st
     learned = write_run(robot.parent / "learned", "coopt", quick_training())
     assert run(["explore", str(learned), "--robot", str(robot)]) == 1
     assert "beside the run" in capsys.readouterr().err
+
+
+def test_a_flag_changes_the_designs_of_the_file_and_not_those_of_the_paper(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nine legs are too many for the paper's eight locations, and not for ten sites."""
+    angles = np.arange(10) * 36.0 + 18.0
+    sites = "".join(
+        f"[[sites]]\nposition_mm = [{x:.2f}, {y:.2f}, 36]\nyaw_deg = {angle}\npitch_deg = 15\n"
+        for angle, x, y in zip(
+            angles,
+            126.5 * np.cos(np.radians(angles)),
+            126.5 * np.sin(np.radians(angles)),
+            strict=True,
+        )
+    )
+    file = tmp_path / "ring.toml"
+    file.write_text(
+        'name = "ring"\n[physics]\nbased_on = "measured"\nregulator_count = 2\n'
+        '[hub]\nshape = "disk"\nradius_mm = 125\ntop_radius_mm = 125\nheight_mm = 12\n'
+        'bottom_mm = 30\ndensity_g_per_ml = 0.3\n[modules.long]\nleg = "measured"\n'
+        f"{sites}[designs]\nminimum_legs = 4\nmaximum_legs = 5\n"
+    )
+    found = run_json(
+        f"explore --robot {file} --space.maximum-legs 9 --out {tmp_path / 'page'}", capsys
+    )
+    # Names of two regulators are alike, so half of all assignments.
+    expected = sum(comb(10, legs) * 2 ** (legs - 1) for legs in range(4, 10))
+    assert found["design_count"] == expected
+    with pytest.raises(SystemExit):
+        run(["explore", "--robot", str(file), "--space.maximum-legs", "11"])
+    assert "from 4 to 11 on 10 locations" in capsys.readouterr().err
 
 
 def test_search_tells_the_damping_that_parts_bring(

@@ -18,7 +18,7 @@ name = "two chambers"
 based_on = "published"
 regulator_count = 5
 damping = "objective"
-floor_height_mm = -16.0
+floor_height_mm = -20.0
 pressure_map = {{ slope = 1.5, intercept_kPa = 2.0 }}
 [hub]
 shape = "box"
