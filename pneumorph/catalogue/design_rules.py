@@ -13,8 +13,10 @@ from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.robot.design import MINIMUM_LEGS, Design
 from pneumorph.robot.design_space import DesignSpace
 
-_SAME_MM = 1e-3
-_SAME = 1e-6
+_SAME_MM = 0.02
+"""Places that are this near are one: files have them rounded to a hundredth [mm]."""
+_SAME = 1e-4
+"""Likewise of the entries of rotations."""
 _REFLECTION = np.diag([1.0, -1.0, 1.0])
 
 
@@ -200,13 +202,14 @@ def _images(
             if np.abs(other.translation - pose.translation).max() < _SAME_MM
             and np.abs(other.rotation - pose.rotation).max() < _SAME
         ]
-        if len(here) != 1 or modules[here[0]] != modules[site]:
-            found = _nearest(pose, poses) if len(here) != 1 else f"site {here[0]}, of other modules"
+        like = [place for place in here if modules[place] == modules[site]]
+        if len(like) != 1:
+            found = f"site {here[0]}, of other modules" if here else _nearest(pose, poses)
             raise ValueError(
                 f"{what} of site {site} lies on {found}, expected one that is like it; {remedy}, "
                 "or move the sites"
             )
-        images.append(here[0])
+        images.append(like[0])
     return images
 
 

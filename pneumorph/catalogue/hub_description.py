@@ -21,6 +21,7 @@ from pneumorph.geometry.spread_points import spread_points
 from pneumorph.geometry.surface import boundary_triangles
 
 HubShape = Literal["box", "disk", "mesh"]
+MassOver = Literal["shape", "nodes"]
 HubContact = Literal["rims", "spread", "mesh", "none"]
 Vector = tuple[float, float, float]
 Density = Annotated[float, Bounds(above=0.0, most=25.0, why="in g/ml, of which water has 1")]
@@ -67,8 +68,11 @@ class HubDescription(Checked):
     """Thickness of its walls, of a hollow one [mm]; by default it is solid. A mesh with walls is
     taken as a thin shell. Where the inertia is given, walls only say how it is printed."""
     mass_kg: Positive | None = None
-    """Its mass, in place of the density [kg]: of a box or a disk with the inertia of its shape, of
-    a mesh spread evenly over its nodes, unless centre and inertia are given."""
+    """Its mass, in place of the density [kg], with centre and inertia of its shape unless they are
+    given."""
+    mass_over: MassOver = "shape"
+    """What mass_kg is spread over: its `shape`, or of a mesh evenly over its `nodes`, as the
+    authors' simulation has it, whatever they are like."""
     centre_mm: Vector | None = None
     """Centre of mass that goes with mass_kg and inertia_kg_mm2 [mm]."""
     inertia_kg_mm2: tuple[Vector, Vector, Vector] | None = None
@@ -115,6 +119,13 @@ class HubDescription(Checked):
             self.centre_mm is not None and not weighed
         ):
             raise ValueError("centre_mm and inertia_kg_mm2 go together, and with mass_kg")
+        if self.mass_over == "nodes" and (
+            self.shape != "mesh" or not weighed or self.centre_mm or self.wall_mm
+        ):
+            raise ValueError(
+                'mass_over is "nodes", expected it of a mesh with mass_kg and without wall_mm, '
+                "centre_mm and inertia_kg_mm2"
+            )
         if self.payload_g > 0.0 and self.model == "soft":
             raise ValueError(
                 f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
@@ -257,7 +268,7 @@ class HubDescription(Checked):
             if self.centre_mm is not None:
                 centre, inertia = np.array(self.centre_mm), np.array(self.inertia_kg_mm2)
                 return MassProperties(self.mass_kg, centre, inertia)
-            if self.shape == "mesh" and self.wall_mm is None:
+            if self.mass_over == "nodes":
                 return self.mass_kg
             return self._of_shape(mesh, 1.0).weighing(self.mass_kg)
         assert self.density_g_per_ml is not None

@@ -25,6 +25,7 @@ from pneumorph.base.settings import (
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.hub_images import check_hub_images
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
@@ -162,6 +163,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         found = cls.of_text(read_text(path, "robot"), path, usual_physics)
         try:
             found.designs.refuse_unused(found.space, found.ring is not None)
+            found.space.check_images()
             found.hub.refuse_misplaced(found.designs.mirror, found.designs.same)
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
@@ -342,6 +344,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         built = self._built
         if self.file is None:  # of Python; a file's was refused when it was chosen
             self.designs.refuse_unused(self.space, self.ring is not None)
+            self.space.check_images()
             self.hub.refuse_misplaced(self.designs.mirror, self.designs.same)
         _ = self.space  # refuses a usual design that its rules do not allow
         modules = {}
@@ -359,6 +362,7 @@ class RobotDescription(Checked, ShownInNotebooks):
                 )
         kind = leg_kind(self.physics.based_on)
         hub = self.hub.spec(self.folder)
+        check_hub_images(hub, self.designs.mirror, self.designs.same)
         if self.ring is not None:
             sites = ring_of_sites(self.ring, tuple(modules.values()))
         else:

@@ -113,7 +113,7 @@ class RobotSpec(ShownInNotebooks):
             mounts.append(Mount(module.reduced, pose, driven))
         robot = Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
         if self.mounting_angle_deg == 0.0:  # drawn ones may press a leg's tip on the floor
-            check_above_floor(robot, self.physics)
+            check_above_floor(robot.standing_points, design, self.physics)
         return robot
 
     def reduced(
@@ -137,12 +137,11 @@ class RobotSpec(ShownInNotebooks):
         Raises:
             ValueError: As `assembly`.
         """
-        self.assembly(design)  # is refused as that is
         design, mounts = self._known(design), []
         for module, pose, regulators in self._mounted(design):
             pose = tilted(pose, module.full.rest_nodes, self.mounting_angle_deg)
             mounts.append((module.full, pose, regulators))
-        return FullRobot(
+        robot = FullRobot(
             self.hub.full(self.hub_model),
             mounts,
             without_idle_surfaces(self.physics, self.hub, mounts, self.modules),
@@ -151,6 +150,9 @@ class RobotSpec(ShownInNotebooks):
             self.full_order,
             [each.location for each in design.fittings],
         )
+        if self.mounting_angle_deg == 0.0:
+            check_above_floor(robot.standing_points, design, self.physics)
+        return robot
 
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
         """Reduced robots side by side, given as designs or as what `assembly` made of them; raises

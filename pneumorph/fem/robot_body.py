@@ -63,9 +63,10 @@ class RobotBody(Generic[HubState]):
         self.sites = tuple(range(len(mounts)) if sites is None else sites)
         standing = [leg.contact_weights @ leg.initial_positions() for leg in self.legs]
         standing.append(hub.point_positions(hub.initial_state(), hub.contact_points))
-        points = np.concatenate(standing)
-        self.floor = floor or self.physics.floor(points)
-        self._start = self.physics.start_pose(points)
+        self.standing_points: np.ndarray = np.concatenate(standing)
+        """All contact points at rest in the robot's frame [mm], the hub's last, (point, 3)."""
+        self.floor = floor or self.physics.floor(self.standing_points)
+        self._start = self.physics.start_pose(self.standing_points)
         for leg in self.legs:
             for regulator in leg.regulators:
                 if not 0 <= regulator < self.physics.regulator_count:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.robot.choice_paths import ChoicePaths
+from pneumorph.robot.closed_rules import check_closed
 from pneumorph.robot.design import MINIMUM_LEGS, Design, Fitting
 from pneumorph.robot.least_designs import Product, least_of_their_classes
 from pneumorph.robot.site_options import site_options
@@ -84,7 +85,11 @@ class DesignChoices(Checked):
                 "options name regulators and canonical is true, expected canonical = false: "
                 "regulators that differ may not be renamed"
             )
-        _ = self._excluded, self._mirror, self._symmetries  # refuse what is none
+        _ = self._mirror, self._excluded  # refuse what is none
+        remedy = "no such symmetry (leave it out of space.symmetries, or same in a robot's file)"
+        for text, symmetry in zip(self.symmetries, self._symmetries, strict=True):
+            said = f"the symmetry {text!r}"
+            check_closed(self._options[0], self._excluded, symmetry, said, remedy)
 
     @cached_property
     def _options(self) -> tuple[tuple[tuple[Fitting | None, ...], ...], bool]:
@@ -97,7 +102,14 @@ class DesignChoices(Checked):
 
     @cached_property
     def _excluded(self) -> tuple[frozenset[int], ...]:
-        return tuple(frozenset(self._numbers("exclusions", text)) for text in self.exclusions)
+        found = tuple(frozenset(self._numbers("exclusions", text)) for text in self.exclusions)
+        for text, locations in zip(self.exclusions, found, strict=True):
+            if len(locations) < 2:
+                raise ValueError(
+                    f"exclusions has {text!r}, expected two different locations or more, of which "
+                    "one at most may carry a leg; a location that may carry none has options 0"
+                )
+        return found
 
     @cached_property
     def _mirror(self) -> tuple[int, ...] | None:
@@ -151,6 +163,17 @@ class DesignChoices(Checked):
                 "a symmetry leaves none without an image"
             )
         return to
+
+    def check_images(self) -> None:
+        """Refuse rules that allow a design and not its mirror image.
+
+        Raises:
+            ValueError: Options or exclusions are not each other's images.
+        """
+        if self._mirror is not None:
+            remedy = 'no mirror (space.mirror "none", or mirror = false in a robot\'s file)'
+            said, mirror = "the mirror", (self._mirror, True)
+            check_closed(self._options[0], self._excluded, mirror, said, remedy)
 
     @property
     def has_mirror(self) -> bool:

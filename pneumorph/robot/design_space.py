@@ -240,18 +240,6 @@ class DesignSpace(DesignChoices):
         found = [self._image(int(index)) for index in indices]
         return np.array([index for index, _ in found]), np.array([order for _, order in found])
 
-    def check_images(self) -> None:
-        """Refuse a space that lacks a design's mirror image: of any that is listed, else of a
-        thousand that are drawn, in which rules that are not each other's images show.
-
-        Raises:
-            ValueError: An image is not one of the space.
-        """
-        if self.is_listed:
-            _ = self.mirror_index
-        else:
-            self.images(np.unique(self.drawn(1000, np.random.default_rng(0))))
-
     def _image(self, index: int) -> tuple[int, np.ndarray]:
         known = self._known_images
         if index not in known:

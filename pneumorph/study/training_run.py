@@ -339,8 +339,7 @@ def _check(
     for each in (worlds, certificate):
         if each is not None:
             check_worlds(spec, each.randomisation)
-    if settings.mirror_transitions:
-        settings.space.check_images()
+    settings.space.check_images()
     check_equal_starts(settings.space, spec.physics.start)
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)

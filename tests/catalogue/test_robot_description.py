@@ -22,6 +22,7 @@ from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.geometry.attachment import same_frame
+from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import boundary_triangles
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.rollout import rollout
@@ -269,6 +270,37 @@ def test_a_hub_without_rims_is_told_what_else_may_touch(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"no node set bottom and top, .* contact = \"spread\""):
         hub.spec(tmp_path)
     assert len(replace(hub, contact="spread").spec(tmp_path).contact_points) > 3
+
+
+def test_a_mesh_that_was_weighed_has_the_centre_and_inertia_of_its_shape(tmp_path: Path) -> None:
+    """Whatever its nodes are like: here most of them are in one corner."""
+    coarse = box_mesh((90.0, 60.0, 10.0), (1, 1, 1))
+    crowd = coarse.nodes.min(axis=0) + np.random.default_rng(0).uniform(0.0, 1.0, (30, 3))
+    mesh = replace(coarse, nodes=np.concatenate([coarse.nodes, crowd]))
+    mesh.save(tmp_path / "hub.npz")
+    weighed = HubDescription("mesh", mesh=Path("hub.npz"), mass_kg=0.1, contact="none")
+    hub = weighed.spec(tmp_path).rigid
+    centre = coarse.nodes.mean(axis=0)
+    np.testing.assert_allclose(hub.first_moment, 0.1 * centre, rtol=1e-12, atol=1e-12)
+    about_centre = hub.second_moment - 0.1 * np.outer(centre, centre)
+    expected = 0.1 * np.diag([90.0**2, 60.0**2, 10.0**2]) / 12.0  # of a box
+    np.testing.assert_allclose(about_centre, expected, rtol=1e-9, atol=1e-9)
+    nodes = replace(weighed, mass_over="nodes").spec(tmp_path).rigid
+    np.testing.assert_allclose(nodes.first_moment, 0.1 * mesh.nodes.mean(axis=0), rtol=1e-12)
+    with pytest.raises(ValueError, match="mass_over is"):
+        HubDescription("mesh", mesh=Path("hub.npz"), density_g_per_ml=1.0, mass_over="nodes")
+
+
+def test_sites_are_images_of_each_other_as_files_round_them() -> None:
+    """To a hundredth of a millimetre, and where two sites that exclude each other share a place."""
+    left, right = (Pose(translation=np.array([0.0, y, 0.0])) for y in (43.3, -43.3))
+    off = Pose(translation=np.array([0.0, -43.31, 0.0]))
+    kinds = [("long",), ("long",), ("short",), ("short",)]
+    rules = DesignRules(minimum_legs=1, exclusions=("0 2", "1 3"))
+    assert rules.space([left, off, right, left], kinds, 2).mirror == "1 0 3 2"
+    beside = Pose(translation=np.array([0.0, -43.4, 0.0]))
+    with pytest.raises(ValueError, match=r"image of site 0 lies on site 2, of other modules"):
+        rules.space([left, beside, right, left], kinds, 2)
 
 
 def test_a_module_that_lies_in_the_hub_is_refused_whatever_the_tolerance(edited: Edited) -> None:

@@ -226,13 +226,52 @@ def test_nothing_is_learned_from_an_image_that_there_is_not() -> None:
     unlike = DesignSpace(location_count=2, minimum_legs=1, maximum_legs=2, options=("0 *", "0 b*"))
     with pytest.raises(ValueError, match="is not one of the space"):
         _ = unlike.mirror_index
-    with pytest.raises(ValueError, match="is not one of the space"):
+    with pytest.raises(ValueError, match=r"options\[0\] and options\[1\] are not each other's"):
         unlike.check_images()
     many = DesignSpace(location_count=12, regulator_count=4, maximum_legs=8)
     many.check_images()
-    with pytest.raises(ValueError, match="is not one of the space"):
+    with pytest.raises(ValueError, match=r"0 and 1, of which .* to 10 and 11, of which"):
         replace(many, exclusions=("0 1",)).check_images()
     replace(many, exclusions=("0 1", "10 11")).check_images()
+
+
+@pytest.mark.parametrize(
+    ("options", "exclusions", "symmetry", "closed"),
+    [
+        (("0 *+*", "0 *+*", "0 b*", "0 b*"), (), "1 0 3 2", True),
+        (("0 *+*", "0 *+*", "0 b*", "0 *"), (), "1 0 3 2", False),
+        (("*+*", "0 *+*", "0 b*", "0 b*"), (), "1 0 3 2", False),
+        (("0 *",) * 4, ("0 2",), "1 2 3 0", False),
+        (("0 *",) * 4, ("0 2", "1 3"), "1 2 3 0", True),
+        (("0 * b*",) * 4, ("0 1", "2 3"), "mirror", True),
+        (("0 * b*",) * 4, ("0 1 2",), "mirror", False),
+    ],
+)
+def test_symmetries_keep_one_of_each_class_or_are_refused(
+    options: tuple[str, ...], exclusions: tuple[str, ...], symmetry: str, closed: bool
+) -> None:
+    """Every design that the rules allow has its class in the space, by brute force over all."""
+    rules = {
+        "location_count": 4, "regulator_count": 2, "minimum_legs": 2, "maximum_legs": 3,
+        "options": options, "exclusions": exclusions,
+    }  # fmt: skip
+    every = DesignSpace(**rules)  # type: ignore[arg-type]
+    if not closed:
+        with pytest.raises(ValueError, match=r"symmetry .* each other's images.* or no such"):
+            DesignSpace(**rules, symmetries=(symmetry,))  # type: ignore[arg-type]
+        return
+    fewer = DesignSpace(**rules, symmetries=(symmetry,))  # type: ignore[arg-type]
+    classes = {frozenset(fewer.members(design)) for design in every}
+    assert len(fewer) == len(classes) < len(every)
+    for members in classes:
+        assert len(members & set(fewer)) == 1
+        assert members <= set(every)
+
+
+@pytest.mark.parametrize("text", ["2", "2 2"])
+def test_an_exclusion_of_a_single_location_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=f"exclusions has '{text}', expected two different"):
+        DesignSpace(exclusions=(text,))
 
 
 def test_a_regulator_that_nothing_uses_is_refused() -> None:

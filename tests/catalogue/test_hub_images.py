@@ -1,0 +1,64 @@
+"""A hub that a symmetry of its robot turns into another one is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneumorph.catalogue.hub_images import check_hub_images
+from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.paper_robot import paper_hub
+from pneumorph.fem.material import Material
+from pneumorph.geometry.mass_properties import MassProperties
+from pneumorph.geometry.simple_solids import box_solid
+
+AHEAD, ASIDE = np.array([5.0, 0.0, 0.0]), np.array([0.0, 5.0, 0.0])
+
+
+@pytest.fixture
+def plate() -> HubSpec:
+    mesh = box_solid(100.0, 100.0, 10.0, 30.0)
+    mass = MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, 1.0)
+    corners = mesh.nodes[np.abs(np.abs(mesh.nodes[:, :2]).sum(axis=1) - 100.0) < 1e-9]
+    return HubSpec(mesh, Material(1e6, 0.3), mass, np.array([0.0, 0.0, 40.0]), corners)
+
+
+def test_a_square_plate_and_the_disk_of_the_paper_are_their_own_images(plate):
+    check_hub_images(plate, mirror=True, same=("90", "mirror", "180"))
+    check_hub_images(paper_hub(), mirror=True, same=("120",))
+
+
+@pytest.mark.parametrize(
+    ("change", "mirror", "same", "told"),
+    [
+        (lambda hub: {"tracked_point": hub.tracked_point + ASIDE}, True, (), "tracked point"),
+        (lambda hub: {"tracked_point": hub.tracked_point + AHEAD}, False, ("180",), "10 mm"),
+        (
+            lambda hub: {"mass": replace(hub.mass, centre_mm=np.array([0.0, 4.0, 35.0]))},
+            False,
+            ("mirror",),
+            "centre of mass, which comes 8 mm",
+        ),
+        (
+            lambda hub: {
+                "mass": replace(
+                    hub.mass, inertia=hub.mass.inertia + np.diag([0.0, 20.0, 20.0])
+                )
+            },
+            False,
+            ("90",),
+            "inertia",
+        ),
+        (lambda hub: {"contact_points": hub.contact_points[:3]}, True, (), "100 mm from any"),
+    ],
+)  # fmt: skip
+def test_what_a_symmetry_turns_into_something_else_is_named(plate, change, mirror, same, told):
+    other = replace(plate, **change(plate))
+    with pytest.raises(ValueError, match=rf"^\[hub\]: designs\..*{told}"):
+        check_hub_images(other, mirror, same)
+
+
+def test_what_a_symmetry_leaves_as_it_is_is_taken(plate):
+    ahead = replace(plate, tracked_point=plate.tracked_point + AHEAD)
+    check_hub_images(ahead, mirror=True, same=())
+    check_hub_images(replace(plate, contact_points=np.zeros((0, 3))), mirror=True, same=("90",))
