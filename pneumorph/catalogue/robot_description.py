@@ -69,7 +69,11 @@ class ActingDescription(Checked):
             ValueError: No such field, or a value out of range.
         """
         named = settings_to_dict(leg_kind(self.based_on).physics)
-        return settings_from_dict(Physics, laid_over(named, self.changes))
+        try:
+            return settings_from_dict(Physics, laid_over(named, self.changes))
+        except ValueError as error:
+            told = error.reasons if isinstance(error, SettingsError) else error
+            raise ValueError(f"[physics]: {told}") from error
 
 
 @dataclass(frozen=True)
@@ -349,13 +353,15 @@ class RobotDescription(Checked, ShownInNotebooks):
         _ = self.space  # refuses a usual design that its rules do not allow
         modules = {}
         for name, each in self.modules.items():
+            if each.part is not None and not (self.folder / each.part).exists():
+                raise FileNotFoundError(f"modules.{name}.part: no file {self.folder / each.part}")
             try:
                 modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:
                 raise FileNotFoundError(f"modules.{name}: {error}") from error
             if each.part is not None:
                 refuse_other_physics(
-                    self.own_parts.get(name) or modules[name].reduced,  # tells that it is gone
+                    self.own_parts.get(name) or modules[name].reduced,
                     self.physics.based_on,
                     f"the part of modules.{name} ({each.part})",
                     "say by based_on in [physics] which it is of",
@@ -376,7 +382,7 @@ class RobotDescription(Checked, ShownInNotebooks):
             check_inflation(module, name, physics)
         check_mounted(hub, sites, self.mounting_tolerance_mm)
         check_apart(sites, self.space, self.mounting_tolerance_mm)
-        return RobotSpec(
+        spec = RobotSpec(
             hub,
             sites,
             physics,
@@ -387,6 +393,8 @@ class RobotDescription(Checked, ShownInNotebooks):
                 **rest,
             },
         )
+        spec.check_fittings(self.space, "designs.options")
+        return spec
 
     def _allowed(self) -> list[tuple[str, ...]]:
         """Names of the modules at each site, in the order of the modules."""

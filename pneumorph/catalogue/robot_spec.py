@@ -371,16 +371,7 @@ class RobotSpec(ShownInNotebooks):
                 f"the design space has {space.location_count} locations and the robot "
                 f"{len(self.sites)} sites, expected the same number: see space.location_count"
             )
-        for number, (fittings, site) in enumerate(zip(space.fittings, self.sites, strict=True)):
-            last, at = max((each.module for each in fittings), default=0), site.name or number
-            if last >= len(site.modules):
-                raise ValueError(
-                    f"space.options[{number}] names module {chr(ord('a') + last)}, and site "
-                    f"{at} allows {len(site.modules)} kinds of modules"
-                )
-            for each in fittings:
-                module = site.modules[each.module]
-                module.driven_by(each.regulators, f"space.options[{number}]", at)
+        self.check_fittings(space, "space.options")
         space.refuse_idle_regulators(
             "space.regulator_count",
             "ask for fewer by physics.regulator_count, which changes designs, task and the "
@@ -389,6 +380,28 @@ class RobotSpec(ShownInNotebooks):
         if space.has_mirror:
             for module in self.modules:
                 check_mirror(module, apart=space.cavity_count > 1)
+
+    def check_fittings(self, space: DesignSpace, setting: str) -> None:
+        """Refuse modules that a site does not allow, and other regulators for a module than it has
+        cavities.
+
+        Args:
+            space: Designs of these sites.
+            setting: Names their options, for the error.
+
+        Raises:
+            ValueError: There is one.
+        """
+        for number, (fittings, site) in enumerate(zip(space.fittings, self.sites, strict=True)):
+            last, at = max((each.module for each in fittings), default=0), site.name or number
+            if last >= len(site.modules):
+                raise ValueError(
+                    f"{setting}[{number}] names module {chr(ord('a') + last)}, and site "
+                    f"{at} allows {len(site.modules)} kinds of modules"
+                )
+            for each in fittings:
+                module = site.modules[each.module]
+                module.driven_by(each.regulators, f"{setting}[{number}]", at)
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
+from pneumorph.environment.equal_grounds import check_equal_grounds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.walk import walk
 from pneumorph.learn.cooptimise import POLICY_FILE
@@ -123,6 +124,7 @@ def search(
     robot.check_space(space)
     check_equal_designs(space, task.goal)
     check_equal_starts(space, robot.physics.start)
+    check_equal_grounds(space, robot.physics)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     say_unseen_pressure(robot, task.maximum_pressure_kPa, folder.progress.say)
     objective, worlds = settings.objective, None

@@ -17,6 +17,7 @@ from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
+from pneumorph.environment.equal_grounds import check_equal_grounds, roughness_note
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.environment.training_environment import (
     EnvironmentFactory,
@@ -209,10 +210,15 @@ def run_training(
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline, certificate)
-    if own_task is None or settings.sided_reward:
-        check_equal_designs(settings.space, settings.task.goal, settings.sided_reward)
-    drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
+    if _keeps_usual_reward(own_task) or settings.sided_reward:
+        check_equal_designs(settings.space, settings.task.goal, settings.sided_reward)
+    elif settings.space.symmetries:
+        folder.progress.say(
+            f"{name} is taken to reward designs alike that count as one by designs.same of the "
+            "robot's file or space.symmetries: only you know whether its step does"
+        )
+    drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     learning = learning_robots(spec, settings)
     make_environments, make_judged = learning_and_judged(
         lambda robots: _environments(settings, robots, worlds, own_task), spec, learning
@@ -341,6 +347,12 @@ def _check(
             check_worlds(spec, each.randomisation)
     settings.space.check_images()
     check_equal_starts(settings.space, spec.physics.start)
+    check_equal_grounds(settings.space, spec.physics)
+    randomised = None if worlds is None else worlds.randomisation
+    redrawn = randomised is not None and randomised.ground_roughness_mm != "0"
+    note = roughness_note(settings.space, spec.physics, redrawn)
+    if note is not None:
+        folder.progress.say(note)
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
@@ -354,6 +366,15 @@ def _check(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "
             "--out"
         )
+
+
+def _keeps_usual_reward(own_task: OwnTask | None) -> bool:
+    """Whether the reward is that of the settings, to which terms may be added."""
+    if own_task is None:
+        return True
+    if not isinstance(own_task, type) or not issubclass(own_task, TaskWrapper):
+        return False
+    return own_task.step is TaskWrapper.step
 
 
 def task_name(own_task: OwnTask) -> str:

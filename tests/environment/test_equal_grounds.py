@@ -1,0 +1,79 @@
+"""Designs are one, or each other's images, only on a floor that does not tell them apart."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pneumorph.environment.equal_grounds import check_equal_grounds, roughness_note
+from pneumorph.physics.ground import Ground, RoughGround, Steps
+from pneumorph.physics.height_map import HeightMap
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.start_pose import StartPose
+from pneumorph.robot.design_space import DesignSpace
+
+SPACE = DesignSpace(location_count=4, maximum_legs=4)
+TURNED = replace(SPACE, mirror="none", symmetries=("1 2 3 0",))
+ALONE = replace(SPACE, mirror="none")
+STEPS = Ground(steps=Steps(rise_mm=8.0))
+ROUGH = Ground(rough=RoughGround(3.0))
+
+
+def map_of(folder: Path, grey: np.ndarray) -> Physics:
+    """A map of 10 mm to a pixel, its rows from +y to -y."""
+    file = folder / "map.png"
+    Image.fromarray(grey.astype(np.uint8)).save(file)
+    return Physics(ground=Ground(map=HeightMap(path=file, mm_per_pixel=10.0)))
+
+
+@pytest.fixture
+def ridge() -> np.ndarray:
+    """Along the forward axis, highest in the middle and ahead."""
+    y, x = np.mgrid[-20:21, -30:31]
+    grey: np.ndarray = 150.0 * np.exp(-(y**2) / 50.0) + x + 30
+    return grey
+
+
+@pytest.mark.parametrize(
+    ("physics", "said"),
+    [
+        (Physics(floor_slope_deg=10.0), "slope of 10 degrees"),
+        (Physics(ground=STEPS), "steps"),
+    ],
+)
+def test_what_lies_forward_is_elsewhere_for_what_is_turned(physics: Physics, said: str) -> None:
+    with pytest.raises(ValueError, match=f"under '1 2 3 0', .* has a {said}"):
+        check_equal_grounds(TURNED, physics)
+    for space in (SPACE, replace(SPACE, symmetries=("mirror",)), ALONE):
+        check_equal_grounds(space, physics)
+    check_equal_grounds(TURNED, Physics())
+
+
+def test_a_map_must_be_its_own_image_about_where_robots_start(
+    tmp_path: Path, ridge: np.ndarray
+) -> None:
+    physics = map_of(tmp_path, ridge)
+    check_equal_grounds(SPACE, physics)
+    with pytest.raises(ValueError, match="height map, which is somewhere else"):
+        check_equal_grounds(TURNED, physics)
+    beside = replace(physics, start=StartPose(y_mm=50.0))
+    with pytest.raises(ValueError, match=r"differs by up to [45]\.\d+ mm .* \(y = 50 mm\)"):
+        check_equal_grounds(SPACE, beside)
+    check_equal_grounds(ALONE, beside)
+    ridge[:15] += 40.0
+    with pytest.raises(ValueError, match=r"differs by up to 1\.\d+ mm"):
+        check_equal_grounds(replace(SPACE, symmetries=("mirror",)), map_of(tmp_path, ridge))
+
+
+def test_one_rough_surface_for_all_is_told() -> None:
+    physics = Physics(ground=ROUGH)
+    check_equal_grounds(SPACE, physics)
+    told = roughness_note(SPACE, physics, redrawn=False)
+    assert told is not None
+    assert told.startswith("all robots walk on one rough surface")
+    assert roughness_note(TURNED, physics, redrawn=False) == told
+    assert roughness_note(SPACE, physics, redrawn=True) is None
+    assert roughness_note(ALONE, physics, redrawn=False) is None
+    assert roughness_note(SPACE, Physics(ground=STEPS), redrawn=False) is None
