@@ -57,6 +57,14 @@ def test_the_pressures_of_a_part_of_ones_own_are_the_physics(robot: Path) -> Non
         RobotDescription.read(named).spec()
 
 
+def test_options_for_other_cavities_than_a_module_has_are_refused_as_they_are_read() -> None:
+    plate = RobotDescription.read(EXAMPLES / "plate.toml")
+    options = ("0 *+*", "0 *", "0 *", "0 *", "0 *", "0 *+*")
+    other = replace(plate, designs=replace(plate.designs, options=options, usual=None))
+    with pytest.raises(ValueError, match=r"designs\.options\[0\] gives 2 regulators to long"):
+        other.spec()
+
+
 def test_bench_draws_its_own_designs(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = run_json(
         f"bench engine --robot {robot} --robot-count 3 --action-count 1 --action-steps 5 "

@@ -184,6 +184,18 @@ def test_what_is_no_task_is_refused_before_anything_walks(
     assert not list(out.glob("*.npz"))
 
 
+def test_designs_that_count_as_one_have_the_same_goal_whatever_is_added_to_its_reward(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Terms add to the usual reward; what a `step` of one's own rewards is not known here."""
+    robot = Path(__file__).parents[2] / "examples/two_chambers.toml"  # its same has a turn by 90
+    with pytest.raises(ValueError, match="goal 'forward' tells them apart"):
+        pm.train(tmp_path / "added", robot, changes=TINY, own_task=own_task.Straight)
+    with pytest.raises(ValueError, match="has observations of shape"):
+        pm.train(tmp_path / "own", robot, changes=TINY, own_task=Tall)
+    assert "Tall is taken to reward designs alike that count as one" in capsys.readouterr().err
+
+
 def test_that_mirror_images_are_taken_to_be_rewarded_alike_is_told(
     plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
