@@ -145,7 +145,8 @@ def _band_table(found: Certificate) -> str:
             pair.design,
             *_numbers(pair.band.low, pair.band.median, pair.band.high),
             f"{100.0 * pair.share_beyond_expert:.0f} %",
-            *_numbers(pair.promised, pair.optimism),
+            *_numbers(pair.promised),
+            _with_error(pair.optimism, pair.optimism_error),
             f"{100.0 * pair.hub_load_share:z.0f} %",
             "" if (left := pair.left_range_share) is None else f"{100.0 * left:.0f} %",
         ]
@@ -227,6 +228,12 @@ def _tests_table(found: Certificate) -> str:
         + (f"Worth most: {found.measure_next}." if found.measure_next else "None does more.")
     )
     return page.paragraph(said) + page.table(header, rows)
+
+
+def _with_error(value: float | None, error: float | None) -> str:
+    if value is None or error is None:
+        return _numbers(value)[0]
+    return f"{value:.1f} ± {error:.1f}"
 
 
 def _numbers(*values: float | None) -> list[str]:

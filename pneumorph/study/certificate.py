@@ -27,7 +27,13 @@ from pneumorph.study.certified_candidates import (
     own_task_notes,
     unseen_worlds,
 )
-from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
+from pneumorph.study.certified_pairs import (
+    Band,
+    Certificate,
+    CertifiedExpert,
+    CertifiedPair,
+    share_beyond,
+)
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.ranking_notes import ranking_notes
@@ -70,7 +76,11 @@ def certify_once(
     check_worlds(spec, settings.randomisation)
     folder.progress.stage("tuning the expert's phase")
     tuning = seen[: settings.tuning_world_count]
-    expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder, goal)
+    # For as long as the pairs, whatever the run's own baseline lasts.
+    duration_s = walkers[0].gait.duration_s
+    lasting = replace(candidates.baseline.gait, duration_s=duration_s)
+    baseline = replace(candidates.baseline, gait=lasting)
+    expert, phase_deg = _tuned_expert(baseline, spec, tuning, folder, goal)
     seen_mean = candidates.seen_mean
     if seen_mean is None:
         folder.progress.stage("walking in the training's worlds")
@@ -97,7 +107,8 @@ def certify_once(
         ratios,
         _nominal(spec, walkers, goal),
         list(map(float, seen_mean)) if candidates.ranked_there else reported,
-        np.nan_to_num(alike).mean(axis=0),
+        alike,
+        len(seen) if candidates.ranked_there else 0,
         goal,
     )
     # What ranked the pairs of a robust run is its objective, which need not be the mean.
@@ -140,6 +151,7 @@ def certify_once(
             *own_task_notes(candidates.own_task, goal, trained=candidates.ranked_there),
             *idle_notes(spec, drawn),
             *ranking_notes([pair.label for pair in certified], best, by_pairs, goal),
+            *_expert_notes(expert_band, candidates.baseline.gait.duration_s, duration_s),
             *_notes(certified, goal),
         ),
         wall_s=time.monotonic() - start,
@@ -161,7 +173,9 @@ class _Evidence:
         range_ratio: How far legs went relative to their snapshots, (world, pair).
         nominal: In the world as it stands.
         promised: What the training says of its pairs.
-        alike: Means over unseen worlds that were drawn as the training's, (pair,).
+        alike: What they do in unseen worlds that were drawn as the training's, (world, pair).
+        promised_world_count: Over how many worlds the training's means are; 0 where it says what
+            it found in one.
         goal: What is achieved.
     """
 
@@ -175,11 +189,13 @@ class _Evidence:
     nominal: Sequence[float | None]
     promised: Sequence[float | None]
     alike: np.ndarray
+    promised_world_count: int
     goal: Goal
 
     def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
         """What is to be expected of one pair."""
         achieved, promised = self.by_pairs[:, place], self.promised[place]
+        alike = np.nan_to_num(self.alike[:, place])
         counted, ratio = np.nan_to_num(achieved), self.range_ratio[:, place]
         known = ratio[~np.isnan(ratio)]
         trajectory = recorded_walk(
@@ -197,15 +213,24 @@ class _Evidence:
             gait=gait_file,
             nominal=self.nominal[place],
             band=Band.of(achieved),
-            share_beyond_expert=float(np.mean(counted > np.nan_to_num(self.by_expert))),
+            share_beyond_expert=share_beyond(achieved, self.by_expert),
             promised=promised,
-            optimism=None if promised is None else promised - float(self.alike[place]),
+            optimism=None if promised is None else promised - float(alike.mean()),
+            optimism_error=None if promised is None else self._error_of_optimism(alike),
             hub_load_share=did.hub_load_share,
             backsliding=did.backsliding,
             legs=did.legs,
             left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
             sensitivities=sensitivities(self.numbers, counted),
         )
+
+    def _error_of_optimism(self, alike: np.ndarray) -> float | None:
+        """Standard error of a mean over the training's worlds less one over unseen worlds that are
+        drawn alike, in which a robot achieves this, (world,); None where there is no such mean."""
+        if not self.promised_world_count or len(alike) < 2:
+            return None
+        per_world = 1.0 / self.promised_world_count + 1.0 / len(alike)
+        return float(alike.std(ddof=1) * np.sqrt(per_world))
 
 
 def _tuned_expert(
@@ -307,6 +332,18 @@ def _with_full_order(
     return [
         replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
     ]
+
+
+def _expert_notes(band: Band, of_run_s: float, duration_s: float) -> list[str]:
+    notes = []
+    if not np.isclose(of_run_s, duration_s):
+        notes.append(
+            f"the expert's gait lasts {of_run_s:g} s in the run, and {duration_s:g} s here as "
+            "those of the pairs do"
+        )
+    if band.failed_count:
+        notes.append(f"the expert's robot diverged in {band.failed_count} worlds, counted as 0")
+    return notes
 
 
 def _notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:

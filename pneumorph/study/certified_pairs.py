@@ -46,6 +46,16 @@ class Band:
         )
 
 
+def share_beyond(achieved: np.ndarray, other: np.ndarray) -> float:
+    """Share of the worlds in which one achieves more than another.
+
+    Args:
+        achieved: By the one, (world,); NaN where its simulation failed, which is never more.
+        other: By the other, (world,), which counts as 0 where it failed.
+    """
+    return float(np.mean(np.nan_to_num(achieved, nan=-np.inf) > np.nan_to_num(other)))
+
+
 @dataclass(frozen=True)
 class CertifiedExpert:
     """The expert's robot in the same worlds."""
@@ -69,13 +79,19 @@ class CertifiedPair:
     """In the world as it stands."""
     band: Band
     share_beyond_expert: float
-    """Share of the worlds in which it achieves more than the expert's robot does there."""
+    """Share of the worlds in which it achieves more than the expert's robot does there; never where
+    its own simulation failed."""
     promised: float | None = field(metadata=in_cm("promised_cm"))
     """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
     optimism: float | None = field(metadata=in_cm("optimism_cm"))
     """The same less the mean over unseen worlds that are drawn as the training's were: what
     choosing the best made of it and, of a run that did not rank over worlds, also how much harder
     these are than the one it walked in."""
+    optimism_error: float | None = field(
+        default=None, metadata=in_cm("optimism_error_cm"), kw_only=True
+    )
+    """Standard error of that, as both means are over so many worlds; None where what the run
+    reported is of one world, and in files of earlier versions."""
     hub_load_share: float
     """Share of the weight that the floor bears through the hub, in the world as it stands."""
     backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
@@ -118,7 +134,8 @@ class Certificate:
 
     run: str
     best: str
-    """Label of the pair with the largest mean in the training's worlds."""
+    """Label of the pair that the training ranked first over its worlds, by its objective; of a run
+    that ranked in one world, that with the largest mean over worlds drawn to choose in."""
     best_design: str
     median: float = field(metadata=in_cm("median_cm"))
     """Of what the best pair achieves of the goal [its unit]."""

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.run_folder import RunFolder
@@ -103,6 +105,7 @@ def certify_candidates(
         again: How what differs is made again.
     """
     rounds: list[CertifiedRound] = []
+    certificates: list[Certificate] = []
     made_s = wall_s = 0.0
     while True:
         found = certify_once(candidates, settings, spec, folder)
@@ -110,11 +113,16 @@ def certify_candidates(
         if not settings.full:
             return found
         rounds.append(_round_of(found, made_s))
+        certificates.append(found)
         ending = _ending(rounds, settings, spec)
+        if ending is not None:
+            nearest = nearest_round(rounds)
+            found = certificates[nearest]
         notes = found.notes
         if ending is not None:
             is_file = spec.name is not None
-            notes = (*notes, *_of_rounds(rounds, found.best, candidates.run, is_file), ending)
+            best, last = found.best, candidates.run
+            notes = (*notes, *_of_rounds(rounds, nearest, best, last, is_file), ending)
             if len(rounds) > 1 and again.trained is None:
                 notes = (*notes, GAITS_STAYED)
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
@@ -131,6 +139,24 @@ def certify_candidates(
         wall_s += made_s
 
 
+def nearest_round(rounds: Sequence[CertifiedRound]) -> int:
+    """Which round's leg parts least from its finite elements: the last one's where that agrees, of
+    others that of the least mean difference over the walks, the later one of equals."""
+
+    def parts_by(each: CertifiedRound) -> float:
+        apart = [
+            np.inf if walk.full is None or walk.reduced is None else abs(walk.full - walk.reduced)
+            for pair in each.pairs
+            for walk in pair.full_order
+        ]
+        return float(np.mean(apart)) if apart else 0.0
+
+    last = len(rounds) - 1
+    if rounds[last].agrees:
+        return last
+    return min(range(len(rounds)), key=lambda number: (parts_by(rounds[number]), -number))
+
+
 def _round_of(found: Certificate, made_s: float) -> CertifiedRound:
     pairs = tuple(
         RoundPair(pair.label, pair.design, pair.gait, pair.full_order) for pair in found.pairs
@@ -140,27 +166,31 @@ def _round_of(found: Certificate, made_s: float) -> CertifiedRound:
 
 
 def _of_rounds(
-    rounds: Sequence[CertifiedRound], best: str, run: Path, is_file: bool
+    rounds: Sequence[CertifiedRound], nearest: int, best: str, run: Path, is_file: bool
 ) -> tuple[str, ...]:
     """How to walk what was certified, where that is not of the run's leg.
 
     Args:
         rounds: All of them.
+        nearest: Which of them was certified.
         best: Label of the best pair.
         run: What files of gaits that were not learned again start from.
         is_file: Whether the robot is one of a file.
     """
-    first, last = rounds[0], rounds[-1]
     if len(rounds) == 1:
         return ()
-    (pair,) = [each for each in last.pairs if each.label == best]
+    if nearest == 0:
+        return ("the bands are of the run's own leg, which parts least from its finite elements",)
+    first, chosen = rounds[0], rounds[nearest]
+    (pair,) = [each for each in chosen.pairs if each.label == best]
     stayed = pair.gait in [each.gait for each in first.pairs]
     gait = str(run / pair.gait) if stayed else pair.gait
-    leg = f"--part {last.leg.part}"
+    leg = f"--part {chosen.leg.part}"
     if is_file:
-        leg = f"part = {last.leg.part!r} of its module in the robot's file,"
+        leg = f"part = {chosen.leg.part!r} of its module in the robot's file,"
+    which = "last" if chosen is rounds[-1] else "nearest"
     return (
-        f"the bands are of the last round's leg: simulate and deploy {best} with {leg} "
+        f"the bands are of the {which} round's leg: simulate and deploy {best} with {leg} "
         f"--design {pair.design} --gait {gait}",
     )
 
@@ -171,7 +201,13 @@ def _ending(
     """Why no further round follows; None where one does."""
     last, limits = rounds[-1], settings.rounds
     if last.agrees:
-        return f"reduced robots and finite elements agree, after {len(rounds) - 1} new reductions"
+        known, walked = set(_walk_files(rounds[:-1])), _walk_files(rounds[-1:])
+        among = sum(file in known for file in walked)
+        told = f"; {among} of the {len(walked)} walks are among the leg's own snapshots"
+        return (
+            f"reduced robots and finite elements agree, after {len(rounds) - 1} new reductions"
+            f"{told if among else ''}"
+        )
     walks = {
         (pair.design, pair.gait, walk.world): walk
         for each in rounds

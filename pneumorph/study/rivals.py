@@ -26,7 +26,7 @@ from pneumorph.study.certified_candidates import (
     unseen_worlds,
     worlds_of_training,
 )
-from pneumorph.study.certified_pairs import Band
+from pneumorph.study.certified_pairs import Band, share_beyond
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.search import SearchSettings, search
@@ -108,12 +108,6 @@ class Found:
             Band.of(achieved),
             share_beyond(achieved, expert),
         )
-
-
-def share_beyond(achieved: np.ndarray, other: np.ndarray) -> float:
-    """Share of the worlds in which one achieves more than another, (world,) each; as certificates
-    have it, who fails achieves nothing."""
-    return float(np.mean(np.nan_to_num(achieved) > np.nan_to_num(other)))
 
 
 def learned(run: FinishedRun) -> Contender:

@@ -27,12 +27,12 @@ from pneumorph.base.settings import laid_over, read_settings_file
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.report.style import BASELINE_COLOUR, LEARNED_COLOUR, new_axes, save_figure
 from pneumorph.study.analysis import walkers
-from pneumorph.study.certified_pairs import Band
+from pneumorph.study.certified_pairs import Band, share_beyond
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import recorded_walk
-from pneumorph.study.rivals import Contender, searched, share_beyond, uniform
+from pneumorph.study.rivals import Contender, searched, uniform
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.study_once import study_folder
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_once
