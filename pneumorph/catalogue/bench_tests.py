@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,6 +14,11 @@ BEND_TEST_KPA = 50.0
 """Pressure of the test of one bend [real kPa]."""
 
 
+COMMON_SHARE = 0.5
+"""Of a test's standard deviation, what all its readings have in common: the zero of a protractor,
+the scale of a photograph, the sheet that was cut. No repetition makes it less. A guess."""
+
+
 @dataclass(frozen=True)
 class BenchTest:
     """A test, what it finds and how well."""
@@ -21,16 +27,27 @@ class BenchTest:
     number: str
     """Which number of a world; see `World.numbers`."""
     deviation: float
-    """Standard deviation of what it finds, of the number itself or relative to it."""
+    """Standard deviation of what a single reading finds, of the number itself or relative to it."""
     relative: bool
     minutes: float
     """Of one who has robot, supply and a phone's camera at hand."""
     how: str
     reading: Reading = "number"
 
+    @property
+    def is_of_a_leg(self) -> bool:
+        """Whether each leg has its own number, of which the worlds have the mean."""
+        return self.reading in ("bend_deg", "leg_mass_g")
+
     def deviation_at(self, value: float) -> float:
-        """Standard deviation at a value of the number."""
+        """Standard deviation of a single reading at a value of the number."""
         return self.deviation * abs(value) if self.relative else self.deviation
+
+    def parts_at(self, value: float) -> tuple[float, float]:
+        """What of `deviation_at` all readings have in common, and what each has of its own:
+        standard deviations, whose squares add up."""
+        whole = self.deviation_at(value)
+        return COMMON_SHARE * whole, math.sqrt(1.0 - COMMON_SHARE**2) * whole
 
 
 BENCH_TESTS = (
@@ -77,8 +94,8 @@ BENCH_TESTS = (
         0.03,
         True,
         10.0,
-        "Hold a leg at its end, inflate it to 50 kPa, wait, and read the bend off a photograph; "
-        "the factor is the one that the simulated leg needs.",
+        "Hold a leg at its end, inflate it to 50 kPa, wait, and read the bend off a photograph, "
+        "each leg of the robot once; the factor is the one that the simulated leg needs.",
         "bend_deg",
     ),
     BenchTest(
@@ -90,7 +107,9 @@ BENCH_TESTS = (
         "Release a leg that was pushed aside and film it: the logarithmic decrement, over that of "
         "the simulated leg.",
     ),
-    BenchTest("weighing", "mass_factor", 0.01, True, 2.0, "Kitchen scales, a leg.", "leg_mass_g"),
+    BenchTest(
+        "weighing", "mass_factor", 0.01, True, 2.0, "Kitchen scales, each leg.", "leg_mass_g"
+    ),
     BenchTest(
         "step up of pressure",
         "filling_factor",

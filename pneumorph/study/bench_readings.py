@@ -82,7 +82,8 @@ def measured_numbers(
 ) -> dict[str, tuple[float, float]]:
     """Value and standard deviation of the mean of each number that was tested.
 
-    Readings scatter by as much as the test is said to, or by more where they show it.
+    Readings scatter by as much as the test is said to, or by more where they show it; what they
+    have in common stays however many there are (JCGM 100:2008, 4.2 and 4.3).
 
     Args:
         readings: As `read_bench_readings` returns them.
@@ -98,11 +99,25 @@ def measured_numbers(
         values = _numbers(test, read, spec)
         _refuse_far(test, read, values)
         value = float(values.mean())
-        deviation = test.deviation_at(value)
+        common, own = test.parts_at(value)
         if len(values) > 1:
-            deviation = max(deviation, float(values.std(ddof=1)))
-        found[test.number] = value, deviation / float(np.sqrt(len(values)))
+            own = max(own, float(values.std(ddof=1)))
+        found[test.number] = value, float(np.hypot(common, own / np.sqrt(len(values))))
     return found
+
+
+def one_leg_notes(readings: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """What to say of tests of a leg of which there is one reading.
+
+    Args:
+        readings: As `read_bench_readings` returns them.
+    """
+    return tuple(
+        f"{name} has one reading, and {bench_test(name).number} is the mean of all legs of the "
+        "robot, which differ among themselves: read each leg once"
+        for name, read in readings.items()
+        if bench_test(name).is_of_a_leg and len(read) == 1
+    )
 
 
 def beyond_usual_worlds(number: str, value: float, deviation: float) -> str | None:

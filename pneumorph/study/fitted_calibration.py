@@ -40,6 +40,7 @@ from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.bench_readings import (
     beyond_usual_worlds,
     measured_numbers,
+    one_leg_notes,
     read_bench_readings,
 )
 from pneumorph.study.finished_run import FinishedRun
@@ -347,7 +348,10 @@ def _factors_of_air(intervals: Mapping[str, tuple[float, float]]) -> dict[str, t
 def _with_bench(
     calibration: Calibration, bench: Path, spec: RobotSpec, say: Callable[[str], None]
 ) -> Calibration:
-    found = measured_numbers(read_bench_readings(bench), spec)
+    readings = read_bench_readings(bench)
+    found = measured_numbers(readings, spec)
+    for told in one_leg_notes(readings):
+        say(told)
     for name, (value, deviation) in found.items():
         say(f"measured {name}: {value:.4g} +- {deviation:.2g}")
         if (note := beyond_usual_worlds(name, value, deviation)) is not None:

@@ -82,7 +82,8 @@ class VirtualReality:
     def bench_readings(self, names: Sequence[str], repeats: int) -> dict[str, np.ndarray]:
         """What tests on a bench read of the true robot, each (repeat,).
 
-        A test errs as much as its `BenchTest.deviation` says, the bend as much as in a bend test.
+        A test errs as much as its `BenchTest.deviation` says, some of it in all its readings alike,
+        the bend as much as in a bend test.
 
         Args:
             names: The tests.
@@ -104,7 +105,8 @@ class VirtualReality:
                 f"rig's world: {', '.join(numbers)}"
             )
         true = numbers[test.number]
-        found = true + test.deviation_at(true) * rng.standard_normal(repeats)
+        common, own = test.parts_at(true)
+        found = true + common * rng.standard_normal() + own * rng.standard_normal(repeats)
         if test.reading == "tilt_deg":
             return np.degrees(np.arctan(found))
         return found * (1e3 * self._spec.module.reduced.mass if test.reading == "leg_mass_g" else 1)

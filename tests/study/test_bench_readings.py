@@ -21,6 +21,7 @@ from pneumorph.study.bench_readings import (
     bench_test,
     beyond_usual_worlds,
     measured_numbers,
+    one_leg_notes,
     read_bench_readings,
     write_bench_readings,
 )
@@ -40,7 +41,8 @@ def test_a_tilt_is_its_tangent_and_a_weight_a_share(spec: RobotSpec, tmp_path: P
     found = measured_numbers(read, spec)
     friction, spread = found["friction sheet"]
     assert friction == pytest.approx(math.tan(math.pi / 6.0))
-    assert spread == pytest.approx(0.05 * friction / math.sqrt(2.0))
+    # Half of the deviation is common to both readings.
+    assert spread == pytest.approx(0.05 * friction * math.sqrt(0.25 + 0.75 / 2.0))
     # The file keeps six digits.
     assert found["mass_factor"] == pytest.approx((0.9, 0.009), rel=1e-5)
     assert found["floor_slope_deg"] == (0.5, 0.1)
@@ -49,14 +51,30 @@ def test_a_tilt_is_its_tangent_and_a_weight_a_share(spec: RobotSpec, tmp_path: P
 def test_readings_that_scatter_more_than_said_count_as_they_scatter(spec: RobotSpec) -> None:
     read = np.array([0.0, 0.5, 1.0])
     _, spread = measured_numbers({"level of the floor": read}, spec)["floor_slope_deg"]
-    assert spread == pytest.approx(0.5 / math.sqrt(3.0))
+    assert spread == pytest.approx(math.hypot(0.05, 0.5 / math.sqrt(3.0)))
     apart = {
         "tilt of a leg": np.array([20.0, 42.0])
     }  # one of them is wrong, and nobody knows which
     low, high = np.tan(np.radians([20.0, 42.0]))
     assert measured_numbers(apart, spec)["friction sheet"] == pytest.approx(
-        (0.5 * (low + high), 0.5 * (high - low))
+        (
+            0.5 * (low + high),
+            math.hypot(0.5 * 0.05 * 0.5 * (low + high), 0.5 * (high - low)),
+        )
     )
+
+
+def test_no_repetition_lessens_what_readings_have_in_common(spec: RobotSpec) -> None:
+    read = np.full(10_000, 30.0)
+    friction, spread = measured_numbers({"tilt of a leg": read}, spec)["friction sheet"]
+    assert spread == pytest.approx(0.5 * 0.05 * friction, rel=1e-3)
+
+
+def test_one_reading_of_one_leg_is_told_to_be_of_one_leg() -> None:
+    one, four = np.array([60.0]), np.full(4, 60.0)
+    (told,) = one_leg_notes({"bend at one pressure": one, "tilt of a leg": one})
+    assert told.startswith("bend at one pressure has one reading, and modulus_factor is the mean")
+    assert one_leg_notes({"bend at one pressure": four, "weighing": four}) == ()
 
 
 def test_the_bend_of_a_stiffer_leg_gives_its_factor(spec: RobotSpec) -> None:
@@ -75,8 +93,8 @@ def test_the_bend_of_a_stiffer_leg_gives_its_factor(spec: RobotSpec) -> None:
 
 
 def test_the_virtual_rigs_readings_are_about_its_hidden_numbers(spec: RobotSpec) -> None:
-    """Means of 400 readings, to four standard errors; a tangent of scattered angles is off by less
-    than a hundredth of that."""
+    """Means of 400 readings, to four of their deviations; a tangent of scattered angles is off by
+    less than a hundredth of that."""
     settings = VirtualRigSettings(seed=5, reality=measured_worlds())
     reality = VirtualReality(spec, settings, "reduced")
     names = [test.name for test in BENCH_TESTS if test.reading != "bend_deg"]
@@ -85,7 +103,8 @@ def test_the_virtual_rigs_readings_are_about_its_hidden_numbers(spec: RobotSpec)
         test = bench_test(name)
         true = reality.reality.world.numbers[test.number]
         value, _ = found[test.number]
-        assert abs(value - true) < 4.0 * test.deviation_at(true) / math.sqrt(400.0), name
+        common, own = test.parts_at(true)
+        assert abs(value - true) < 4.0 * math.hypot(common, own / math.sqrt(400.0)), name
     other = VirtualReality(spec, replace(settings, seed=6), "reduced").bench_readings(names, 1)
     assert other["weighing"] != reality.bench_readings(names, 1)["weighing"]
 
@@ -102,7 +121,7 @@ def test_worlds_agree_with_what_a_calibration_measured(spec: RobotSpec, tmp_path
     rng = np.random.default_rng(1)
     sheets = [drawn.draw(rng).numbers["friction sheet"] for _ in range(200)]
     value = math.tan(math.radians(31.0))
-    expected = 0.05 * value / 2.0
+    expected = 0.05 * value * math.sqrt(0.25 + 0.75 / 4.0)
     assert Calibration.load(file).measured["friction sheet"] == pytest.approx((value, expected))
     assert np.std(sheets) == pytest.approx(expected, rel=4.0 / math.sqrt(400.0))
     given = replace(measured_worlds(), measured=(("friction sheet", 0.5, 0.1),))
