@@ -21,6 +21,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.analysis import Walker, analysed_robot
+from pneumorph.study.certificate_notes import expert_notes, measured_notes, pair_notes
 from pneumorph.study.certified_candidates import (
     Candidates,
     CertificateSettings,
@@ -150,9 +151,10 @@ def certify_once(
         notes=(
             *own_task_notes(candidates.own_task, goal, trained=candidates.ranked_there),
             *idle_notes(spec, drawn),
+            *measured_notes(drawn),
             *ranking_notes([pair.label for pair in certified], best, by_pairs, goal),
-            *_expert_notes(expert_band, candidates.baseline.gait.duration_s, duration_s),
-            *_notes(certified, goal),
+            *expert_notes(expert_band, candidates.baseline.gait.duration_s, duration_s),
+            *pair_notes(certified, goal),
         ),
         wall_s=time.monotonic() - start,
     )
@@ -332,41 +334,3 @@ def _with_full_order(
     return [
         replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
     ]
-
-
-def _expert_notes(band: Band, of_run_s: float, duration_s: float) -> list[str]:
-    notes = []
-    if not np.isclose(of_run_s, duration_s):
-        notes.append(
-            f"the expert's gait lasts {of_run_s:g} s in the run, and {duration_s:g} s here as "
-            "those of the pairs do"
-        )
-    if band.failed_count:
-        notes.append(f"the expert's robot diverged in {band.failed_count} worlds, counted as 0")
-    return notes
-
-
-def _notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
-    notes = []
-    for pair in pairs:
-        if pair.band.failed_count:
-            notes.append(f"{pair.label} diverged in {pair.band.failed_count} worlds, counted as 0")
-        if pair.left_range_share:
-            notes.append(
-                f"{pair.label} left the range of its legs' snapshots in "
-                f"{100.0 * pair.left_range_share:.0f} % of the worlds"
-            )
-        for each in pair.full_order:
-            if not each.agrees:
-                where = "as it stands" if each.world is None else f"number {each.world}"
-                full, reduced = (
-                    "no end" if far is None else goal.said(far) for far in (each.full, each.reduced)
-                )
-                why = "" if each.reason is None else f" ({each.reason})"
-                notes.append(
-                    f"{pair.label} as finite elements in the world {where} comes to {full}{why}, "
-                    f"the reduced robot to {reduced}"
-                )
-    if not any(pair.full_order for pair in pairs):
-        notes.append("no pair walked as finite elements; --full makes them")
-    return notes

@@ -167,6 +167,7 @@ def test_a_measurement_keeps_the_band_to_worlds_that_agree(
     friction = [world.friction for world in unseen_worlds(WORLDS, 4, 0)]
     assert found["numbers"]["friction"] == friction
     assert found["distributions"]["measured"] == [["damping_factor", 0.8, 0.02]]
+    assert any("agree with the tests of damping_factor;" in note for note in found["notes"])
     # What choosing made of it is told in worlds as the training's, which knew of no measurement.
     whole = json.loads((certified / "summary.json").read_text())
     alike = np.array(whole["distances_cm"])[:4, 1].mean()
