@@ -354,7 +354,8 @@ class RobotDescription(Checked, ShownInNotebooks):
         modules = {}
         for name, each in self.modules.items():
             if each.part is not None and not (self.folder / each.part).exists():
-                raise FileNotFoundError(f"modules.{name}.part: no file {self.folder / each.part}")
+                file = self.folder / each.part
+                raise FileNotFoundError(f"modules.{name}.part: {file} does not exist")
             try:
                 modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:

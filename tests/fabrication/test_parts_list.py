@@ -114,6 +114,7 @@ def test_a_drawing_tells_how_legs_are_rolled_and_what_the_hub_carries() -> None:
     text = example.read_text().replace(
         "wall_mm = 0.9", "payload_g = 25\npayload_mm = [10, 0, 45]\nwall_mm = 0.9"
     )
+    text = text.replace('same = ["90"]', "same = []")  # turned, it would be carried elsewhere
     description = RobotDescription.of_text(text, example)
     asked = described_robot_to_make(
         "1+2.0.0.3+4.1+2.0.3+4.0", description, description.spec(), FabricationSettings()

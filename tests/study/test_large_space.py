@@ -77,7 +77,7 @@ def test_a_lopsided_space_is_refused_before_anything_walks(tmp_path: Path) -> No
     baseline = PhaseSweepSettings(
         design=small.usual_design, gait=ExpertGait(regulator_count=4, duration_s=4.0)
     )
-    with pytest.raises(ValueError, match=r"the mirror image .* no mirror"):
+    with pytest.raises(ValueError, match=r"the mirror takes .* no mirror"):
         run_training(settings, RunFolder(tmp_path, "coopt"), small.spec(), baseline=baseline)
     spec = small.spec()
     turned = replace(spec.physics, start=StartPose(heading_deg=20.0))

@@ -23,7 +23,6 @@ from pneumorph.study.rivals import (
     learned,
     learned_timesteps,
     searched,
-    share_beyond,
     uniform,
     worlds_of,
 )
@@ -126,9 +125,3 @@ def test_the_best_uniform_robot_is_chosen_as_the_training_chose(
     # Kept: the same call walks nothing.
     again = uniform(turning, designs, phases, tmp_path)
     assert again.wall_s == best.wall_s
-
-
-def test_who_fails_achieves_nothing() -> None:
-    assert share_beyond(np.array([1.0, np.nan, 2.0, -1.0]), np.array([0.5, -1.0, np.nan, 0.0])) == (
-        0.75
-    )
