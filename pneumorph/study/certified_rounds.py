@@ -105,7 +105,7 @@ def certify_candidates(
         again: How what differs is made again.
     """
     rounds: list[CertifiedRound] = []
-    certificates: list[Certificate] = []
+    walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0
     while True:
         found = certify_once(candidates, settings, spec, folder)
@@ -113,16 +113,16 @@ def certify_candidates(
         if not settings.full:
             return found
         rounds.append(_round_of(found, made_s))
-        certificates.append(found)
+        walked.append((candidates, spec))
         ending = _ending(rounds, settings, spec)
-        if ending is not None:
-            nearest = nearest_round(rounds)
-            found = certificates[nearest]
         notes = found.notes
         if ending is not None:
-            is_file = spec.name is not None
-            best, last = found.best, candidates.run
-            notes = (*notes, *_of_rounds(rounds, nearest, best, last, is_file), ending)
+            nearest, is_file = nearest_round(rounds), spec.name is not None
+            if nearest < len(rounds) - 1:  # the walks that the folder shows are that round's, too
+                its_candidates, its_spec = walked[nearest]
+                found = certify_once(its_candidates, settings, its_spec, folder)
+            of_rounds = _of_rounds(rounds, nearest, found.best, candidates.run, is_file)
+            notes = (*found.notes, *of_rounds, ending)
             if len(rounds) > 1 and again.trained is None:
                 notes = (*notes, GAITS_STAYED)
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
