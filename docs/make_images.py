@@ -24,7 +24,7 @@ from pneumorph.report.run_page import write_run_page
 from pneumorph.report.scene import Actor
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.study_once import study_folder
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 from pneumorph.trajectory import Trajectory
 
 IMAGES = Path(__file__).parent / "images"

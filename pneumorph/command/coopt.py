@@ -44,7 +44,7 @@ from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.report.run_page import write_run_page
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_as_asked
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 
 @dataclass(frozen=True, kw_only=True)

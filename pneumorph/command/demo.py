@@ -15,7 +15,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.command.coopt import VERB as COOPT
 from pneumorph.command.verb import Verb
 from pneumorph.study.training_options import TrainingOptions
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 
 def demo(options: TrainingOptions, folder: RunFolder) -> TrainingResult:

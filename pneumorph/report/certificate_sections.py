@@ -25,7 +25,7 @@ from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.measure_next import CHANCE_SHARE
 from pneumorph.study.sensitivity import chance_index
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 from pneumorph.trajectory import Trajectory
 
 if TYPE_CHECKING:

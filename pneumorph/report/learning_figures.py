@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pneumorph.study.search_findings import DesignsBestGait
-    from pneumorph.study.training_run import LearnedPair
+    from pneumorph.study.training_result import LearnedPair
 
 _MOST_PAIRS = 5
 _SECONDS_PER_HOUR = 3600.0

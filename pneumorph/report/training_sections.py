@@ -27,7 +27,7 @@ from pneumorph.study.baseline import BestPhase
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import SearchFindings
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 _DRAWN_PAIRS = 5
 

@@ -57,7 +57,7 @@ from pneumorph.study.made_mesh import MadeMesh
 from pneumorph.study.reduction import Reduction
 from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.simulated_walk import SimulatedWalk
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 from pneumorph.study.transfer import Transfer
 
 Sections = Callable[[Any, FinishedRun, Sheet], list[Section]]

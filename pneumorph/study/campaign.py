@@ -28,7 +28,7 @@ from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.study.campaign_progress import campaign_progress
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions, train_once
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 CAMPAIGN_FILE = "campaign.json"
 

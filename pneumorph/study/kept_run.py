@@ -19,7 +19,7 @@ from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
 from pneumorph.learn.cooptimise import GAIT_FOLDER, POLICY_FILE
 from pneumorph.learn.metrics import METRICS_FILE, read_metrics
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 DIGITS = 5
 """Digits of the metrics that are kept."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 
 def learning_curve(run: Path) -> tuple[list[float], list[float]]:

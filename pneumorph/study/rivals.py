@@ -32,7 +32,7 @@ from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.study_once import study_folder, study_once
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 Method = Literal["gaits", "genetic", "random"]
 METHODS: tuple[Method, ...] = ("gaits", "genetic", "random")

@@ -34,10 +34,12 @@ from pneumorph.study.certified_candidates import (
     CertificateSettings,
     RoundSettings,
 )
+from pneumorph.study.own_task import OwnTask, task_name
 from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.shown_gaits import digests_of_shown, shown_gaits
 from pneumorph.study.study_once import study_folder, study_once
-from pneumorph.study.training_run import OwnTask, TrainingResult, ranked_by, run_training, task_name
+from pneumorph.study.training_result import TrainingResult, ranked_by
+from pneumorph.study.training_run import run_training
 from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,154 +18,40 @@ from pneumorph.environment.equal_designs import check_equal_designs, check_equal
 from pneumorph.environment.equal_grounds import check_equal_grounds, roughness_note
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.environment.training_environment import (
-    EnvironmentFactory,
     TaskWrapper,
-    TrainingEnvironment,
 )
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
-from pneumorph.learn.coopt_result import CooptResult, SeenPair
+from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings
 from pneumorph.learn.design_gait_pair import DesignGaitPair
-from pneumorph.learn.environments import crawling, state_size
+from pneumorph.learn.environments import state_size
 from pneumorph.learn.settings import CooptSettings
-from pneumorph.learn.training import STAGES
-from pneumorph.physics.calibration import UsedCalibration
-from pneumorph.physics.physics import Physics
-from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
-from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import (
     CERTIFICATE_FOLDER,
     Again,
     certify_candidates,
 )
 from pneumorph.study.learned_again import Trained
+from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_reward, task_name
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
 from pneumorph.study.shown_gaits import digests_of_shown
+from pneumorph.study.training_result import TrainingResult, fields_of_learned, ranked_by
 from pneumorph.study.training_worlds import (
     TrainingWorlds,
     learning_and_judged,
     learning_robots,
     leg_digests,
-    simulator_factory,
 )
 from pneumorph.trajectory import Trajectory
 
-OwnTask = Callable[[TrainingEnvironment], TrainingEnvironment]
-"""Turns the usual environment of robots into one of another task."""
-
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
-_TIMES = (*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share")
-
-
-@dataclass(frozen=True)
-class LearnedPair:
-    """A design, its distance and where it was seen.
-
-    Where designs walk in several worlds each, the distance is the mean over them.
-    """
-
-    design: str
-    distance_cm: float | None
-    source: str
-    timestep: int | None = None
-    """None in runs of an earlier version."""
-    gait: str | None = None
-    """File of the gait, from the run's folder; None where none was written."""
-    score_cm: float | None = None
-    """What it was ranked by, see `ranked_by` of the training; None in runs of an earlier version,
-    whose distance it is."""
-    achieved: float | None = None
-    """As the distance, what of the goal; None in runs of an earlier version."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrainingResult(BestPhase):
-    """What a training found, and what it took; the expert's best phase stands beside it.
-
-    Fields with a default are missing in runs of earlier versions.
-    """
-
-    best_design: str | None
-    best_distance_cm: float | None
-    best_gait: str | None
-    replayed_distance_cm: float | None = None
-    """That of the gait file, walked once more."""
-    best_achieved: float | None = None
-    """What of the goal the best pair achieved [its unit]; None as there."""
-    replayed_achieved: float | None = None
-    """What the gait file does."""
-    timesteps: int
-    finetuning_timesteps: int
-    update_count: int
-    failed_episode_count: int
-    seed: int
-    pairs: tuple[LearnedPair, ...]
-    """The best design-gait pairs, the highest score first."""
-    seen_pairs: tuple[LearnedPair, ...] = ()
-    """The best that were seen before fine-tuning."""
-    restart_scores_cm: tuple[float | None, ...] = ()
-    """What the best pair of each beginning scored [cm], where there were several; None where no
-    simulation came to its end."""
-    notes: tuple[str, ...] = ()
-    """What learning and the certificate remark."""
-    damping: str
-    calibration: UsedCalibration | None = None
-    leg: PartsSummary | None = None
-    wall_s: float
-    training_wall_s: float
-    simulate_s: float
-    """Where the wall time of training went, as the next four say."""
-    learn_s: float
-    log_s: float
-    evaluate_s: float
-    other_s: float | None = None
-    learn_and_log_share: float
-    finetuning_wall_s: float | None = None
-    randomisation: dict[str, Any] | None = None
-    """Distributions of the worlds it was trained in; None for one world."""
-    physics: Physics | None = None
-    """What the robots were simulated in; None in files of earlier versions."""
-    ranked_by: str | None = None
-    """What the scores of the pairs are, where designs walked in several worlds each or something is
-    taken off for how they walk; None for the distance in one world."""
-    own_task: str | None = None
-    """What its environment was called, where the task was none of the package's."""
-    certificate: Certificate | None = None
-    """What is to be expected of the pairs in unseen worlds, where that was asked for."""
-    shown: tuple[str, ...] = ()
-    """Designs of the gaits that learning was shown, each with a digest of its pressures."""
-
-    @property
-    def nominal_distance_cm(self) -> float | None:
-        """`replayed_distance_cm`, where robots were trained in drawn worlds and not in that one."""
-        return self.replayed_distance_cm if self.randomisation else None
-
-    @property
-    def nominal_achieved(self) -> float | None:
-        """The same of the goal."""
-        return self.replayed_achieved if self.randomisation else None
-
-    def __repr__(self) -> str:
-        """In a line; the fields are what ``summary.json`` has."""
-        achieved = self.best_distance_cm if self.goal.is_forward else self.best_achieved
-        best = f"{self.best_design}: {'nothing' if achieved is None else self.goal.said(achieved)}"
-        return f"TrainingResult({best}, {len(self.pairs)} pairs, {self.timesteps} timesteps)"
-
-    def derived(self) -> dict[str, Any]:
-        """Of the best pair over unseen worlds, for those who read the file."""
-        names = ("median", "tenth_percentile", "expert_median")
-        found, ending = self.certificate, "_cm" if self.goal.unit == "cm" else ""
-        if found is None:
-            return {}
-        told = {f"{name}{ending}": getattr(found, name) for name in names}
-        return {**told, "share_beyond_expert": found.share_beyond_expert}
 
 
 def run_training(
@@ -211,7 +95,7 @@ def run_training(
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline, certificate)
     name = None if own_task is None else task_name(own_task)
-    if _keeps_usual_reward(own_task) or settings.sided_reward:
+    if keeps_usual_reward(own_task) or settings.sided_reward:
         check_equal_designs(settings.space, settings.task.goal, settings.sided_reward)
     elif settings.space.symmetries:
         folder.progress.say(
@@ -221,7 +105,7 @@ def run_training(
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     learning = learning_robots(spec, settings)
     make_environments, make_judged = learning_and_judged(
-        lambda robots: _environments(settings, robots, worlds, own_task), spec, learning
+        lambda robots: environments_of(settings, robots, worlds, own_task), spec, learning
     )
     terms: tuple[RewardTerm, ...] = ()
     if own_task is not None:  # what does not fit is told before the baseline walks
@@ -285,7 +169,7 @@ def run_training(
     learned_s = learned.wall_s + (learned.finetuning_wall_s or 0.0)
     return TrainingResult(
         **vars(expert),
-        **_of_learned(learned),
+        **fields_of_learned(learned),
         replayed_distance_cm=None if replayed is None else replayed.distance_cm,
         replayed_achieved=None if replayed is None else settings.task.goal.achieved(replayed),
         **spec.describe(),
@@ -368,91 +252,6 @@ def _check(
         )
 
 
-def _keeps_usual_reward(own_task: OwnTask | None) -> bool:
-    """Whether the reward is that of the settings, to which terms may be added."""
-    if own_task is None:
-        return True
-    if not isinstance(own_task, type) or not issubclass(own_task, TaskWrapper):
-        return False
-    return own_task.step is TaskWrapper.step
-
-
-def task_name(own_task: OwnTask) -> str:
-    """What a task of one's own is called."""
-    return str(getattr(own_task, "__qualname__", type(own_task).__qualname__))
-
-
-def _environments(
-    settings: CooptSettings,
-    spec: RobotSpec,
-    worlds: TrainingWorlds | None,
-    own_task: OwnTask | None,
-) -> EnvironmentFactory:
-    if own_task is not None and not callable(own_task):
-        raise ValueError(
-            f"own_task is {own_task!r}, expected a function or a class that is given an "
-            "environment and returns one, such as a subclass of TaskWrapper"
-        )
-    usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
-    if own_task is None:
-        return usual
-    try:
-        inspect.signature(own_task).bind(None)
-    except TypeError as error:
-        raise TypeError(
-            f"own_task {task_name(own_task)}: {error}, expected a function or a class that is "
-            "given an environment and returns one, such as a subclass of TaskWrapper"
-        ) from error
-
-    def make(designs: Sequence[Design]) -> TrainingEnvironment:
-        made = own_task(usual(designs))
-        if not hasattr(made, "single_observation_space"):
-            raise ValueError(
-                f"own_task {task_name(own_task)} returns {made!r:.80}, expected a "
-                "TrainingEnvironment, such as a TaskWrapper"
-            )
-        return made
-
-    return make
-
-
-def _of_learned(learned: CooptResult) -> dict[str, Any]:
-    """What the learner tells, as fields of a `TrainingResult`."""
-    best = learned.best
-    counts = ("timesteps", "finetuning_timesteps", "update_count", "failed_episode_count")
-    same = (*counts, *_TIMES, "finetuning_wall_s", "restart_scores_cm")
-    return {
-        **{name: getattr(learned, name) for name in same},
-        "best_design": None if best is None else best.design,
-        "best_distance_cm": None if best is None else best.distance_cm,
-        "best_achieved": None if best is None else best.achieved,
-        "best_gait": None if best is None else f"{TRAINING_FOLDER}/{best.gait}",
-        "pairs": tuple(_learned(each, f"{TRAINING_FOLDER}/{each.gait}") for each in learned.pairs),
-        "seen_pairs": tuple(_learned(each) for each in learned.seen_pairs),
-        "training_wall_s": learned.wall_s,
-    }
-
-
-def ranked_by(
-    settings: CooptSettings, own_task: str | None = None, terms: Sequence[RewardTerm] = ()
-) -> str | None:
-    """What pairs are ranked by, for a person; None for the distance.
-
-    Args:
-        settings: Of the training.
-        own_task: Name of a task of one's own.
-        terms: Its terms.
-    """
-    said = [settings.objective.said] if settings.objective.is_robust else []
-    if own_task is not None:
-        usual = settings.task.reward.said or settings.task.goal.label
-        of_terms = " ".join([usual, *(term.said for term in terms)])
-        said.append(f"reward of {own_task}" + (f" ({of_terms})" if terms else ""))
-    elif settings.task.reward.said:
-        said.append(settings.task.reward.said)
-    return ", ".join(said) or None
-
-
 def _replay_best(
     spec: RobotSpec, learned: CooptResult, task: CrawlingTask, folder: RunFolder
 ) -> Trajectory | None:
@@ -474,15 +273,3 @@ def _replay_best(
     )
     trajectory.with_skin_only().save(folder / BEST_TRAJECTORY_FILE)
     return trajectory
-
-
-def _learned(pair: SeenPair, gait: str | None = None) -> LearnedPair:
-    return LearnedPair(
-        pair.design,
-        pair.distance_cm,
-        pair.source,
-        pair.timestep,
-        gait,
-        pair.score_cm,
-        pair.achieved,
-    )

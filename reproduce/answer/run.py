@@ -27,7 +27,7 @@ from pneumorph.study.learning_curve import learning_curve
 from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.study_once import study_folder, study_once
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 HERE = Path(__file__).parent
 METHODS: tuple[Literal["random", "genetic"], ...] = ("random", "genetic")

@@ -29,7 +29,7 @@ from pneumorph.study.kept_run import keep_run
 from pneumorph.study.learning_curve import learning_curve
 from pneumorph.study.study_once import make_study, study_folder
 from pneumorph.study.training_options import TrainingOptions
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 HERE = Path(__file__).parent
 PUBLISHED = load_settings(RobotOptions, HERE.parent / "published.toml")

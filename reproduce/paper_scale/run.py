@@ -59,7 +59,7 @@ from pneumorph.study.reduction import Reduction
 from pneumorph.study.reduction_options import learned, reduce_as_asked
 from pneumorph.study.simulated_walk import SimulatedWalk, WalkSettings, simulate
 from pneumorph.study.study_once import study_folder, study_once
-from pneumorph.study.training_run import LearnedPair, TrainingResult
+from pneumorph.study.training_result import LearnedPair, TrainingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

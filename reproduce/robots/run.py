@@ -36,7 +36,8 @@ from pneumorph.study.rivals import Contender, searched, uniform
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.study_once import study_folder
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_once
-from pneumorph.study.training_run import BEST_TRAJECTORY_FILE, TrainingResult
+from pneumorph.study.training_result import TrainingResult
+from pneumorph.study.training_run import BEST_TRAJECTORY_FILE
 from pneumorph.trajectory import Trajectory
 
 if TYPE_CHECKING:

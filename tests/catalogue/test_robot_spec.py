@@ -49,7 +49,7 @@ from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.full_benchmark import StepTimes
 from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.simulated_walk import SimulatedWalk
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 from pneumorph.study.transfer import Transfer
 
 FALLING = Physics(damping="objective", regulator_count=2, floor_height_mm=-1e5, friction=0.7)

@@ -41,7 +41,7 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.calibration import Calibration
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.study.training_options import TrainingOptions
-from pneumorph.study.training_run import LearnedPair, TrainingResult
+from pneumorph.study.training_result import LearnedPair, TrainingResult
 
 VALUES: dict[str, Any] = {
     "null": None, "3": 3, "[]": [], "x": "x", "nan": math.nan, "huge": 10**6,

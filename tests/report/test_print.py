@@ -42,7 +42,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.reduction_grid import GridPoint
 from pneumorph.study.robustness import robustness
-from pneumorph.study.training_run import LearnedPair
+from pneumorph.study.training_result import LearnedPair
 from pneumorph.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from helpers.result_example import example
 from pneumorph.environment.goal import FORWARD
 from pneumorph.report import training_sections as told
 from pneumorph.study.certified_pairs import Certificate
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.training_result import TrainingResult
 
 
 @pytest.fixture

@@ -37,7 +37,7 @@ from pneumorph.study.kept_run import keep_run
 from pneumorph.study.learning_curve import learning_curve
 from pneumorph.study.reduction import Reduction
 from pneumorph.study.reduction_options import ReduceOptions
-from pneumorph.study.training_run import LearnedPair, TrainingResult
+from pneumorph.study.training_result import LearnedPair, TrainingResult
 
 _SHORT = (
     "--restarts 1 "
