@@ -304,7 +304,12 @@ def robot_in_world(robot: Robot, world: World) -> Robot:
 
 def reduction_digests(randomisation: Randomisation) -> dict[str, str]:
     """What tells the reductions that worlds may have from others, by their files."""
-    return {str(file): _part_of(str(file)).digest() for file in randomisation.reductions}
+    return {str(file): digest_of_part(str(file)) for file in randomisation.reductions}
+
+
+def digest_of_part(file: str) -> str:
+    """Hash of the content of a reduction that worlds may have."""
+    return _part_of(file).digest()
 
 
 def _alike(file: str, own: ReducedPart) -> ReducedPart:

@@ -246,7 +246,14 @@ def _tuned_expert(
     design = Design.parse(sweep.design)
     gaits = [replace(sweep.gait, phase_deg=phase) for phase in sweep.phases_deg]
     achieved, _ = walks_in_worlds(
-        spec, [design] * len(gaits), gaits, worlds, sweep.settling_step_count, folder, goal
+        spec,
+        [design] * len(gaits),
+        gaits,
+        worlds,
+        sweep.settling_step_count,
+        folder,
+        goal,
+        keep=True,
     )
     best = gaits[int(np.argmax(np.nan_to_num(achieved).mean(axis=0)))]
     return Walker(EXPERT, design, best, sweep.settling_step_count), best.phase_deg
@@ -259,7 +266,7 @@ def _walked(
     folder: RunFolder,
     goal: Goal,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As `walks_in_worlds`."""
+    """As `walks_in_worlds`; what a stopped certificate had walked is read."""
     return walks_in_worlds(
         spec,
         [each.design for each in walkers],
@@ -268,6 +275,7 @@ def _walked(
         walkers[0].settling_steps,
         folder,
         goal,
+        keep=True,
     )
 
 

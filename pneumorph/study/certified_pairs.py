@@ -20,7 +20,10 @@ from pneumorph.study.sensitivity import Sensitivity, weighted_quantiles
 
 @dataclass(frozen=True)
 class Band:
-    """What a robot achieves over the worlds [the goal's unit]; a failed simulation counts as 0."""
+    """What a robot achieves over the worlds [the goal's unit]; a failed simulation counts as 0.
+
+    Percentiles are Hazen's, ``numpy.percentile(..., method="hazen")``.
+    """
 
     low: float = field(metadata=in_cm("low_cm"))
     """10th percentile."""

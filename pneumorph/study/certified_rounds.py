@@ -7,6 +7,7 @@ fine-tuned on the new leg, and they walk again.
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,6 +28,7 @@ from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.learned_again import Trained, learned_again
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
 from pneumorph.study.reduction import Reduction, reduce
+from pneumorph.study.robustness import KEPT_WALKS
 from pneumorph.study.study_once import study_once
 
 CERTIFICATE_FILE = "certificate.json"
@@ -93,8 +95,8 @@ def certify_candidates(
 ) -> Certificate:
     """Certify pairs and the expert; raises as `certify`.
 
-    What was made is kept: the same call goes on where it was stopped, and seconds that were spent
-    before count.
+    What was made is kept until the end, finite elements beyond it: the same call goes on where it
+    was stopped, and seconds that were spent on finite elements before count.
 
     Args:
         candidates: What is certified.
@@ -104,6 +106,18 @@ def certify_candidates(
             ``full_order/`` and ``round_1/`` ...
         again: How what differs is made again.
     """
+    found = _certified_in_rounds(candidates, settings, spec, folder, again)
+    shutil.rmtree(folder.path / KEPT_WALKS, ignore_errors=True)
+    return found
+
+
+def _certified_in_rounds(
+    candidates: Candidates,
+    settings: CertificateSettings,
+    spec: RobotSpec,
+    folder: RunFolder,
+    again: Again,
+) -> Certificate:
     rounds: list[CertifiedRound] = []
     walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0

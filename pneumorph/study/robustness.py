@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pneumorph.base.result import in_cm
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import walk
@@ -17,8 +18,11 @@ from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE, furthest_ratio
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.study.kept_walks import walks_identity
 from pneumorph.study.sensitivity import weighted_quantiles
 
+KEPT_WALKS = "in_worlds"
+"""Folder of walks that are kept until all that they are for is done."""
 SIDE_BY_SIDE = 96
 """Robots that walk at once."""
 
@@ -72,8 +76,19 @@ def walks_in_worlds(
     settling_steps: int,
     folder: RunFolder,
     goal: Goal = FORWARD,
+    keep: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Walk every pair in every world.
+
+    Args:
+        spec: What they walk as.
+        designs: Of the pairs.
+        gaits: Of the pairs, as long as each other.
+        worlds: Where they walk.
+        settling_steps: Time steps before their gaits begin.
+        folder: Is told how far it is.
+        goal: What counts of a walk.
+        keep: Leave what is finished in the folder's `KEPT_WALKS`, and read what is there.
 
     Returns:
         What of the goal was achieved [its unit], (world, pair), NaN where a simulation failed; and
@@ -81,14 +96,12 @@ def walks_in_worlds(
         is not known.
     """
     robots = [spec.assembly(design) for design in designs]
-    achieved, ratios = [], []
-    together = max(1, SIDE_BY_SIDE // len(robots))
-    for begin in range(0, len(worlds), together):
-        chosen = worlds[begin : begin + together]
+
+    def walked(chosen: Sequence[World]) -> dict[str, Any]:
         simulator = spec.simulator_in_worlds(
             robots * len(chosen), [world for world in chosen for _ in robots]
         )
-        walked = walk(
+        found = walk(
             simulator,
             list(gaits) * len(chosen),
             duration_s=gaits[0].duration_s,
@@ -96,10 +109,26 @@ def walks_in_worlds(
             settling_step_count=settling_steps,
             record_step_count=100,
         )
-        achieved.append(walked.achieved(goal).reshape(-1, len(robots)))
-        ratios.append(walked.range_ratio.reshape(-1, len(robots)))
+        ways = {"achieved": found.achieved(goal), "range_ratio": found.range_ratio}
+        return {name: each.reshape(-1, len(robots)).tolist() for name, each in ways.items()}
+
+    ways = []
+    together = max(1, SIDE_BY_SIDE // len(robots))
+    for begin in range(0, len(worlds), together):
+        chosen = worlds[begin : begin + together]
+        if keep:
+            made_of = walks_identity(spec, designs, gaits, chosen, settling_steps, goal)
+            file = folder / f"{KEPT_WALKS}/{made_of[:16]}.json"
+            ways.append(made_once(file, partial(walked, chosen), made_of=made_of))
+        else:
+            ways.append(walked(chosen))
         folder.progress(begin + len(chosen), len(worlds), "walking in worlds")
-    return np.concatenate(achieved), np.concatenate(ratios)
+    # A failed walk is NaN, which files have as null.
+    achieved, ratios = (
+        np.array([row for way in ways for row in way[name]], dtype=float)
+        for name in ("achieved", "range_ratio")
+    )
+    return achieved, ratios
 
 
 def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

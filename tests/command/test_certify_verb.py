@@ -27,6 +27,7 @@ from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import certify
 from pneumorph.study.certified_walks import KeptWalk
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.robustness import KEPT_WALKS
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.trajectory import Trajectory
 
@@ -65,6 +66,7 @@ def test_a_supply_below_the_gaits_is_refused(
 def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Path) -> None:
     content = json.loads((certified / "summary.json").read_text())
     found, source = result_from_dict(Certificate, content), FinishedRun.read(learned)
+    assert not any((folder / KEPT_WALKS).exists() for folder in (learned, certified))
     worlds = unseen_worlds(WORLDS, 6, 0)
     seen = worlds_of_round(WORLDS, 0, EVALUATION_SEED, 4)
     assert found.distributions["damping_factor"] == "U(0.5,2)"
