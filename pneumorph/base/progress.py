@@ -26,8 +26,8 @@ class Progress:
         self._quiet = quiet
         self._terminal = self._stream.isatty()
         self._title = ""
-        self._start = self._shown = time.monotonic()
-        self._first = 0
+        self._start = self._shown = self._first_s = time.monotonic()
+        self._first = self._done = 0
         self._total: int | None = None
         self._open_line = False
 
@@ -37,7 +37,7 @@ class Progress:
         self._title = title
         self._start = time.monotonic()
         self._shown = 0.0
-        self._first = 0
+        self._first = self._done = 0
         self._total = None
         self.say(f"{title} ...")
 
@@ -50,12 +50,13 @@ class Progress:
     def __call__(self, done: int, total: int, message: str = "") -> None:
         """Show that ``done`` of ``total`` are done."""
         now = time.monotonic()
-        if self._total is not None and total != self._total:
+        other = total != self._total or done < self._done
+        if self._total is not None and other:
             self._start = now  # other work, which takes its own time
-        if self._shown == 0.0 or total != self._total:
+        if self._shown == 0.0 or other:
             # What a resumed run did before does not tell how fast this one is.
-            self._first, self._shown = done, now
-        self._total = total
+            self._first, self._first_s, self._shown = done, now, now
+        self._total, self._done = total, done
         finished = done >= total
         pause = _PAUSE_TERMINAL_S if self._terminal else _PAUSE_LOG_S
         if self._quiet or (not finished and now - self._shown < pause):
@@ -66,7 +67,8 @@ class Progress:
             f"  {message or self._title}: {100 * done / max(total, 1):3.0f} %, {clock(spent)} spent"
         )
         if not finished and done > self._first:
-            line += f", {clock(spent * (total - done) / (done - self._first))} left"
+            each_s = (now - self._first_s) / (done - self._first)
+            line += f", {clock(each_s * (total - done))} left"
         if self._terminal:
             print(f"\r\x1b[K{line}", end="", file=self._stream, flush=True)
             self._open_line = True

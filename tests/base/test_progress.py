@@ -56,6 +56,19 @@ def test_other_work_of_a_stage_takes_its_own_time(now: list[float]) -> None:
     assert terminal.getvalue().endswith("fine-tuning:  20 %, 0:10 spent, 0:40 left")
 
 
+def test_as_much_work_again_is_other_work(now: list[float]) -> None:
+    """Two loops of as many worlds, the first of which is told after its first share."""
+    terminal = Terminal()
+    shown = Progress(terminal)
+    shown.stage("walking")
+    for _ in range(2):
+        for done in (40, 80, 120, 160, 200):
+            now[0] += 10.0
+            shown(done, 200)
+            if done == 120:
+                assert terminal.getvalue().rsplit("spent, ", 1)[1] == "0:20 left"
+
+
 def test_a_log_gets_a_line_now_and_then(now: list[float]) -> None:
     log = io.StringIO()
     shown = Progress(log)
