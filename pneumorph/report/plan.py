@@ -34,13 +34,13 @@ class Plan:
         hub_mm: Corners of the hub's outline, (corner, 2).
         legs_mm: Of each leg's, each (corner, 2).
         regulators: Of each leg's cavities, from 1.
-        letters: Of each leg's kind of module in the name of the design, empty for the first kind.
+        entries: Of each leg in the name of the design: its kind and its regulators, such as ``b2``.
     """
 
     hub_mm: np.ndarray
     legs_mm: tuple[np.ndarray, ...]
     regulators: tuple[tuple[int, ...], ...]
-    letters: tuple[str, ...]
+    entries: tuple[str, ...]
 
     @property
     def half_width_mm(self) -> float:
@@ -68,7 +68,7 @@ def paper_plan(design: Design) -> Plan:
         DISK_RADIUS_MM * np.stack([np.cos(turn), np.sin(turn)], axis=1),
         legs,
         tuple(each.regulators for each in design.fittings),
-        tuple(each.letter for each in design.fittings),
+        tuple(map(str, design.fittings)),
     )
 
 
@@ -85,12 +85,13 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
     )
     design = trajectory.metadata.get("design")
     fittings = Design.parse(design).fittings if isinstance(design, str) else ()
-    letters = {each.location: each.letter for each in fittings}
+    entries = {each.location: str(each) for each in fittings}
+    sites = zip(shape.leg_site.tolist(), shape.regulators, strict=True)
     return Plan(
         _outline(shape.hub_nodes_mm),
         legs,
         shape.regulators,
-        tuple(letters.get(site, "") for site in shape.leg_site.tolist()),
+        tuple(entries.get(site, "+".join(map(str, own))) for site, own in sites),
     )
 
 
@@ -112,7 +113,7 @@ def plans_of_spec(spec: RobotSpec) -> PlanOf:
             hub,
             tuple(_posed(mount.pose, mount.part.rest_nodes) for mount in mounts),
             tuple(each.regulators for each in design.fittings),
-            tuple(each.letter for each in design.fittings),
+            tuple(map(str, design.fittings)),
         )
 
     return plan

@@ -55,8 +55,8 @@ def draw_plan_view(
     def placed(points: np.ndarray) -> np.ndarray:
         return np.asarray(points @ turn.T * size_mm + centre_mm)
 
-    legs = zip(plan.legs_mm, plan.regulators, plan.letters, strict=True)
-    for outline, regulators, letter in legs:
+    legs = zip(plan.legs_mm, plan.regulators, plan.entries, strict=True)
+    for outline, regulators, entry in legs:
         colours = [regulator_colour(each) for each in regulators]
         middle, away = _way_out(outline)
         for band, colour in zip(_bands(outline, away, len(colours)), colours, strict=True):
@@ -64,10 +64,9 @@ def draw_plan_view(
         if number_size:
             # The number says what the colour says, for grey print.
             x, y = placed(middle + _OUTWARDS_MM * away)
-            text = letter + "+".join(map(str, regulators))
-            size = number_size * min(1.0, _WIDEST / len(text))
+            size = number_size * min(1.0, _WIDEST / len(entry))
             rim = [withStroke(linewidth=1.6, foreground=colours[-1])]  # where a leg is narrow
-            axes.text(x, y, text, color="white", ha="center", va="center", size=size,
+            axes.text(x, y, entry, color="white", ha="center", va="center", size=size,
                       path_effects=rim)  # fmt: skip
     if len(plan.hub_mm):
         axes.fill(*placed(plan.hub_mm).T, facecolor=DISK_COLOUR, edgecolor="white", linewidth=0.8)

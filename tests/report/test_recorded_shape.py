@@ -142,7 +142,10 @@ def test_it_is_read_back_and_drawn(walk: Trajectory, tmp_path: Path) -> None:
     plan = plan_of_walk(walk)
     np.testing.assert_allclose(np.abs(plan.hub_mm).max(axis=0), [30.0, 30.0], atol=1e-6)
     assert plan.regulators == ((1,), (2,), (1,))
-    assert plan.letters == ("", "", "")
+    assert plan.entries == ("1", "2", "1")
+    for metadata in ({"design": "b1.2.1+1"}, {}):  # as the design is written, where it is known
+        named = plan_of_walk(replace(walk, metadata=metadata)).entries
+        assert named == (tuple(metadata["design"].split(".")) if metadata else plan.entries)
     turns = [np.degrees(np.arctan2(*each.mean(axis=0)[::-1])) for each in plan.legs_mm]
     np.testing.assert_allclose(turns, [0.0, 120.0, -120.0], atol=15.0)
 
