@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -35,6 +36,8 @@ from pneumorph.learn.training import STAGES, Training
 SETTINGS_FILE = "settings.json"
 POLICY_FILE = "policy.npz"
 GAIT_FOLDER = "gaits"
+_NARROW_ENOUGH = 1.0
+"""Entropy above its schedule that goes without a word [nat]: some three times as many designs."""
 
 
 def learn_in_folder(
@@ -106,6 +109,7 @@ def learn_in_folder(
         progress(training.timestep, training.timestep, "evaluating the best designs")
     evaluated = training.evaluate()
     shown = training.evaluate_shown()
+    remarks = [*remarks, *_of_narrowing(training)]
     result = _result(training, evaluated, time.perf_counter() - started, remarks)
     save_policy(
         folder / POLICY_FILE,
@@ -286,6 +290,20 @@ def _said(training: Training) -> str:
     restarts, best = training.settings.restarts, training.best.best_distance_cm
     which = "" if restarts == 1 else f" {training.restart + 1} of {restarts}"
     return f"training{which}" + ("" if best is None else f", best {best:.1f} cm")
+
+
+def _of_narrowing(training: Training) -> list[str]:
+    """What to tell of a choice of designs that stayed wider than its schedule."""
+    distribution, schedule = training.learned.distribution, training.settings.schedule
+    wanted, found = distribution.target_entropy(training.learned_timesteps), distribution.entropy
+    if found <= wanted + _NARROW_ENOUGH:
+        return []
+    return [
+        f"the choice of designs did not narrow: some {math.exp(found):.0f} of them are left and "
+        f"not {math.exp(wanted):.0f}, because their scores differ by too little for "
+        f"schedule.maximum_inverse_temperature, {schedule.maximum_inverse_temperature:g} per cm: "
+        "raise it, or the weight of what the reward counts"
+    ]
 
 
 def _passed(interval: int, before: int, after: int) -> bool:

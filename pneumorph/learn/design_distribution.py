@@ -37,7 +37,8 @@ class EntropySchedule(Checked):
     """Entropy at the end [nat]; about exp(entropy) designs remain, so 0 leaves one (paper, appendix
     A) and 2 about seven. Leave several if fine-tuning follows."""
     initial_score_cm: float = 0.0
-    """Score of a design that has not walked yet [cm] (authors' experiment). Above what most designs
+    """Score of a design that has not walked yet [cm] (authors' experiment), or the mean of those
+    that have where this is less: rewards of one's own may all be below it. Above what most designs
     achieve, designs that never walked are tried first."""
     maximum_inverse_temperature: Positive = 20.0
     """Highest inverse temperature beta of the Gibbs distribution [1/cm] (authors' experiment).
@@ -145,6 +146,7 @@ class DesignDistribution:
         inverse_temperature: beta [1/cm].
         probabilities: shape (design,).
         failing: Designs whose newest episode failed, (design,) bool.
+        walked: Designs that walked, (design,) bool.
     """
 
     def __init__(
@@ -166,6 +168,8 @@ class DesignDistribution:
         self.schedule, self._twin = schedule, twin
         self.scores = np.full(design_count, schedule.initial_score_cm)
         self.failing = np.zeros(design_count, dtype=bool)
+        self.walked = np.zeros(design_count, dtype=bool)
+        self._untried_cm = schedule.initial_score_cm
         self.inverse_temperature = 0.0
         self.probabilities = gibbs(self.scores, 0.0)
 
@@ -196,6 +200,7 @@ class DesignDistribution:
         require_finite(returns, "returns")
         for design, value in zip(designs, returns, strict=True):
             self.scores[design] = value
+            self.walked[design] = True
 
     def take_round(
         self,
@@ -218,6 +223,17 @@ class DesignDistribution:
         for each in (designs,) if images is None else (images, designs):
             self.record(each, scores)
             self.failing[each] = failing
+        self._expect_no_more_of_untried()
+
+    def _expect_no_more_of_untried(self) -> None:
+        """Where designs that walked have less than the initial score in the mean, one that has not
+        counts as that mean: above all of them it would be preferred for never having walked."""
+        if not self.walked.any():
+            return
+        level_cm = min(self.schedule.initial_score_cm, float(self.scores[self.walked].mean()))
+        # What more is expected of some, see `expect`, stays.
+        self.scores[~self.walked & (self.scores == self._untried_cm)] = level_cm
+        self._untried_cm = level_cm
 
     def expect(
         self, expected: Callable[[np.ndarray | None], np.ndarray], rng: np.random.Generator
@@ -267,6 +283,8 @@ class DesignDistribution:
         return {
             "scores": self.scores,
             "failing": self.failing,
+            "walked": self.walked,
+            "untried_cm": np.array(self._untried_cm),
             "inverse_temperature": np.array(self.inverse_temperature),
         }
 
@@ -280,13 +298,16 @@ class DesignDistribution:
         scores = np.array(arrays["scores"], dtype=float)
         # Checkpoints of an earlier version do not tell.
         failing = np.array(arrays.get("failing", np.zeros(scores.shape)), dtype=bool)
-        for name, values in (("scores", scores), ("failing", failing)):
+        untried_cm = float(arrays.get("untried_cm", self.schedule.initial_score_cm))
+        walked = np.array(arrays.get("walked", scores != untried_cm), dtype=bool)
+        for name, values in (("scores", scores), ("failing", failing), ("walked", walked)):
             if values.shape != self.scores.shape:
                 raise ValueError(
                     f"{name} has shape {values.shape}, expected {self.scores.shape}; the "
                     "distribution was that of other designs"
                 )
         self.scores, self.failing = scores, failing
+        self.walked, self._untried_cm = walked, untried_cm
         self.set_inverse_temperature(float(arrays["inverse_temperature"]))
 
     def raise_scores(self, expected: np.ndarray) -> None:

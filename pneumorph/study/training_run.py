@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -189,6 +190,30 @@ def run_training(
     )
 
 
+def _too_short(settings: CooptSettings) -> list[str]:
+    """What of its settings a training is too short for, told before it begins."""
+    timesteps, notes = settings.restart_timesteps, []
+    if timesteps <= settings.learning_start_timestep:
+        notes.append(
+            f"nothing will be learned: there are {timesteps} timesteps, and learning_start_timestep"
+            f" is {settings.learning_start_timestep}"
+        )
+    schedule, objective = settings.schedule, settings.objective
+    if timesteps < schedule.decay_end_timestep and schedule.final_entropy < math.log(
+        len(settings.space)
+    ):
+        notes.append(
+            f"designs will not be narrowed to the end: there are {timesteps} timesteps, and "
+            f"schedule.decay_end_timestep is {schedule.decay_end_timestep}"
+        )
+    if objective.is_robust and timesteps <= objective.nominal_until_timestep:
+        notes.append(
+            f"robots will learn in the nominal world alone: there are {timesteps} timesteps, and "
+            f"objective.nominal_until_timestep is {objective.nominal_until_timestep}"
+        )
+    return notes
+
+
 def _untaught(learned: CooptResult, settings: CooptSettings) -> list[str]:
     """What to tell of a training that ended before its policy learned anything."""
     if learned.update_count:
@@ -239,6 +264,8 @@ def _check(
         folder.progress.say(note)
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
+    for told in _too_short(settings):
+        folder.progress.say(told)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
     if ours != theirs:
         raise ValueError(

@@ -72,6 +72,33 @@ def test_entropy_follows_its_target_as_returns_come_in() -> None:
     assert distribution.scores.argmax() == distribution.probabilities.argmax()
 
 
+def test_designs_that_never_walked_are_not_preferred_where_all_that_walk_are_penalised() -> None:
+    """With a reward that is negative throughout, what was tried and is good is what remains; one
+    that is mostly positive leaves untried designs at the initial score."""
+    rng = np.random.default_rng(0)
+    truth = -rng.uniform(1.0, 6.0, 5000)
+    distribution = DesignDistribution(5000, EntropySchedule(200, 1500, final_entropy=2.0))
+    failed = np.zeros(48, dtype=bool)
+    for timestep in range(0, 2000, 48):
+        designs = distribution.sample(48, rng)
+        distribution.take_round(designs, truth[designs], failed)
+        distribution.follow_schedule(timestep)
+    assert distribution.entropy < 3.0
+    best = distribution.candidates(8, None, rng)
+    assert distribution.walked[best].all()
+    assert (truth[best] > -1.6).all()
+    untried = distribution.scores[~distribution.walked]
+    assert untried == pytest.approx(distribution.scores[distribution.walked].mean())
+    other = DesignDistribution(5000, EntropySchedule(200, 1500))
+    other.restore(distribution.arrays())
+    for each in (distribution, other):
+        each.take_round(np.arange(48), np.full(48, -9.0), failed)
+    np.testing.assert_array_equal(other.scores, distribution.scores)
+    positive = DesignDistribution(5000, EntropySchedule(200, 1500))
+    positive.take_round(np.arange(48), np.linspace(-1.0, 2.0, 48), failed)
+    assert (positive.scores[48:] == 0.0).all()
+
+
 def test_samples_have_the_distribution() -> None:
     distribution = DesignDistribution(4, PAPER)
     distribution.scores = np.log(np.array([1.0, 2.0, 3.0, 4.0]))
