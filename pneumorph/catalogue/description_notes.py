@@ -20,7 +20,7 @@ def description_notes(
     """
     told = [damping_note(robot, physics), _surface_note(robot, physics), _worlds_note(robot)]
     if design is not None:
-        told = [_forbidden_note(robot, design), design_note(robot, design), *told]
+        told = [forbidden_note(robot, design), design_note(robot, design), *told]
     return tuple(note for note in told if note is not None)
 
 
@@ -41,12 +41,15 @@ def design_note(robot: RobotDescription, design: str) -> str | None:
     return f"[designs] names no usual design; {design} walks"
 
 
-def _forbidden_note(robot: RobotDescription, design: str) -> str | None:
+def forbidden_note(robot: RobotDescription, design: str) -> str | None:
     """What to say of a design that the rules do not allow; None of others."""
     asked = Design.parse(design)
     if robot.space.holds(asked):
         return None
-    why = "see its exclusions and counts of regulators"
+    why = "see its counts of legs and regulators"
+    if (broken := robot.space.broken_exclusion(asked)) is not None:
+        names = " and ".join(str(robot.sites[place].name or place) for place in broken)
+        why = f"its exclusions allow one leg at most at {names}"
     try:
         robot.space.check(asked)
     except ValueError as error:

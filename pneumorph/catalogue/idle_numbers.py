@@ -55,16 +55,24 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
     )
     usual_physics = leg_kind(_kind(spec.physics)).physics
     named = dict(spec.physics.friction_by_surface)
+    constant = tuple(
+        f"friction {name} is {named[name]:g} in all worlds: physics.friction_by_surface names it, "
+        "and randomisation.friction_by_surface does not"
+        for name in sorted(surfaces & named.keys())
+        if _OF_SURFACE + name not in laws and "friction" in laws
+        if named[name] != _frictions(usual_physics).get(_OF_SURFACE + name)
+    )
     felt = {_OF_SURFACE + name for name in surfaces}
     if not surfaces <= named.keys():
         felt.add("friction")
-    return nothing + tuple(
+    undrawn = tuple(
         f"{name} {value:g} of the physics holds in the world as it stands alone: drawn worlds have "
         "the frictions of [randomisation]"
         for name, value in _frictions(spec.physics).items()
         if name in laws and name in felt and laws[name] != Distribution.parse(repr(value))
         if value != _frictions(usual_physics).get(name)
     )
+    return (*nothing, *constant, *undrawn)
 
 
 def _kind(physics: Physics) -> PhysicsName:

@@ -13,7 +13,7 @@ import tyro
 from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.description_notes import description_notes
+from pneumorph.catalogue.description_notes import description_notes, forbidden_note
 from pneumorph.catalogue.full_options import FullOptions, full_of
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.mounting_check import (
@@ -184,6 +184,12 @@ class RobotOptions(Checked):
         """What to say before one robot walks in one world; see `description_notes`."""
         robot = self.description
         return () if robot is None else description_notes(robot, design, self.physics)
+
+    def forbidden_notes(self, design: str) -> tuple[str, ...]:
+        """What to say of a design that a gait's file names and the robot's rules do not allow."""
+        robot = self.description
+        note = None if robot is None else forbidden_note(robot, design)
+        return () if note is None else (note,)
 
     def _refuse_other_leg(self) -> None:
         """Refuse a leg by its name of another physics than the one that was asked for.

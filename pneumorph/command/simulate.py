@@ -5,10 +5,9 @@ The robot is the paper's, or that of --robot (docs/own_robot.md), with measured 
 run (its best pair), a policy (RUN/training/policy.npz with --design), or by default the expert's at
 --expert.phase-deg. The design is --design, or the gait file's, or the expert's.
 
-A full robot (--model full) takes half an hour to an hour for 20 s (published physics: ten minutes).
-Its state is saved every minute, and the same command resumes it. Presets: paper, the paper's robot
-in either physics; hyperelastic, a full robot with legs of the silicone's own stiffness. --live
-shows the robot in the browser. Writes trajectory.npz, replay.html and with --film film.mp4.
+--model full takes half an hour to an hour for 20 s (published physics: ten minutes), and the same
+command resumes it. Presets: paper, its robot in either physics; hyperelastic, a full one of the
+silicone's own stiffness. --live shows it in the browser. Writes trajectory.npz and replay.html.
 
 Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out runs/replay
 """
@@ -64,6 +63,7 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     film = options.film_settings if options.film else None
     live = options.live_settings if options.live else None
     found = simulate_and_show(asked, spec, folder, film=film, live=live)
+    notes += options.robot.forbidden_notes(found.design) if asked.gait else ()
     return replace(found, notes=(*found.notes, *notes))
 
 

@@ -234,8 +234,8 @@ def described_robot_to_make(
         settings: Walls of sockets and holes.
 
     Raises:
-        ValueError: The design has no legs, or is of another number of sites; or the hub is to be
-            checked.
+        ValueError: The design has no legs, is of another number of sites, or breaks an exclusion;
+            or the hub is to be checked.
     """
     if settings.check_hub:
         raise ValueError(
@@ -247,6 +247,12 @@ def described_robot_to_make(
         raise ValueError(
             f"design {design} has {design.location_count} locations, expected "
             f"{len(robot.sites)}: one for each site of {description.name}"
+        )
+    if (broken := description.space.broken_exclusion(design)) is not None:
+        names = " and ".join(str(robot.sites[place].name or place) for place in broken)
+        raise ValueError(
+            f"design {design} has legs at {names}, of which designs.exclusions allows one at most: "
+            "they may be in the same place; take one of them away, or the exclusion where both fit"
         )
     hub_mesh = robot.hub.mesh
     middle = 0.5 * (hub_mesh.nodes.min(axis=0) + hub_mesh.nodes.max(axis=0))

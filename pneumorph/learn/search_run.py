@@ -136,10 +136,14 @@ def run_search(
                 resumed += len(candidates) * walks_each
             else:
                 far = "" if np.isnan(most) else f", best {goal.said(most)}"
+                # The last generation may exceed what was asked for.
+                whole = max(timesteps, done + len(candidates) * walks_each)
 
-                def report(made: int, before: int = done, far: str = far) -> None:
+                def report(
+                    made: int, before: int = done, whole: int = whole, far: str = far
+                ) -> None:
                     if progress is not None:
-                        progress(min(before + made, timesteps), timesteps, f"searching{far}")
+                        progress(min(before + made, whole), whole, f"searching{far}")
 
                 report(0)  # before the walk: the time left counts from the first that is made now
                 seed = done if objective.is_robust else None
@@ -164,7 +168,7 @@ def run_search(
                 ).achieved
             reached.append((done, most))
     if progress is not None:
-        progress(timesteps, timesteps, "searching")
+        progress(done, done, "searching")
     curve = np.array(reached).reshape(-1, 2)
     late_gain_cm = {
         design: pairs[0].score_cm - earlier_cm[design]

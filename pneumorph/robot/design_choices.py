@@ -111,6 +111,13 @@ class DesignChoices(Checked):
                 )
         return found
 
+    def broken_exclusion(self, design: Design) -> tuple[int, ...] | None:
+        """Locations with legs of which one at most may carry one; None where a design keeps to all
+        exclusions."""
+        legs = {each.location for each in design.fittings}
+        broken = (tuple(sorted(legs & each)) for each in self._excluded)
+        return next((each for each in broken if len(each) > 1), None)
+
     @cached_property
     def _mirror(self) -> tuple[int, ...] | None:
         if self.mirror == "none":

@@ -40,6 +40,7 @@ from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import (
     DesignsBestGait,
@@ -121,6 +122,9 @@ def search(
     """
     start = time.monotonic()
     task, space = settings.task, settings.space
+    own_task = own_task_notes(None if learned is None else learned.own_task, task.goal)
+    for told in own_task:
+        folder.progress.say(told)
     robot.check_space(space)
     check_equal_designs(space, task.goal)
     check_equal_starts(space, robot.physics.start)
@@ -182,6 +186,7 @@ def search(
         timesteps=int(found.timesteps[-1]),
         simulated_s=float(found.timesteps[-1]) * action_s,
         notes=(
+            *own_task,
             *idle,
             *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
             *_range_notes(robot, space, task, walked),

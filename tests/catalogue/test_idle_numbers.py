@@ -81,6 +81,18 @@ def test_friction_that_was_asked_for_and_changes_nothing_is_told() -> None:
     assert idle_notes(ROBOT, replace(asked, friction_by_surface=())) == ()
 
 
+def test_friction_that_no_world_changes_is_told() -> None:
+    """A hub of another surface, whose friction the physics name and the worlds do not."""
+    given = replace(ROBOT.physics, friction_by_surface=(("birch", 0.3),))
+    spec = replace(ROBOT, physics=given, hub=replace(ROBOT.hub, surface="birch"))
+    (note,) = idle_notes(spec, measured_worlds())
+    assert note.startswith("friction birch is 0.3 in all worlds")
+    drawn = measured_worlds()
+    birch = (*drawn.friction_by_surface, ("birch", "U(0.2, 0.5)"))
+    told = idle_notes(spec, replace(drawn, friction_by_surface=birch))
+    assert not any("in all worlds" in note for note in told)
+
+
 def test_friction_of_the_physics_that_drawn_worlds_do_not_have_is_told() -> None:
     given = replace(ROBOT.physics, friction=0.3, friction_by_surface=(("hub", 0.4),))
     spec = replace(ROBOT, physics=given)

@@ -216,6 +216,22 @@ def test_search_of_gaits_stands_beside_the_policy(
         "count": 2, "mean": pytest.approx(np.mean(gaps)), "largest": max(gaps)
     }  # fmt: skip
     assert set(found["policy_gaps_cm"]) == {"expert's design", "best pairs", "drawn at random"}
+    assert not any("in no file of the run" in note for note in found["notes"])
+
+
+def test_a_search_beside_a_task_of_ones_own_says_that_it_ranks_otherwise(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = tmp_path / "own"
+    keep_run(learned, own)
+    summary = json.loads((own / "summary.json").read_text())
+    (own / "summary.json").write_text(json.dumps({**summary, "own_task": "Straight"}))
+    found = run_json(
+        f"search --run {own} --method random --timesteps 20 --environment-count 4 "
+        f"--out {tmp_path / 'search'}",
+        capsys,
+    )
+    assert found["notes"][0].startswith("ranked by distance: Straight, the task that was")
 
 
 def test_search_of_gaits_does_without_the_expert_where_it_has_too_many_legs(

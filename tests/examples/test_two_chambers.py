@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.description_notes import forbidden_note
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
@@ -85,6 +86,17 @@ def test_its_hub_is_printed_of_the_usual_material(robot: RobotDescription) -> No
     made = described_robot_to_make(robot.usual_design, robot, robot.spec(), settings)
     assert made.hub.density_g_per_ml == settings.hub.density_g_per_ml
     assert made.hub.simulated_mass_g == pytest.approx(30.0858)
+
+
+def test_legs_in_one_place_are_not_built_and_walk_with_a_word(robot: RobotDescription) -> None:
+    """A site to each side of a place, of which one carries a leg."""
+    both = "1+1.1+1.0.2+2.0.1+1.0.2+2"
+    with pytest.raises(ValueError, match="has legs at front left, bends left and front left, ben"):
+        described_robot_to_make(both, robot, robot.spec(), FabricationSettings())
+    note = forbidden_note(robot, both)
+    assert note is not None
+    assert "exclusions allow one leg at most at front left, bends left and" in note
+    assert forbidden_note(robot, robot.usual_design) is None
 
 
 def test_its_hub_weighs_in_print_what_it_does_in_the_simulation(robot: RobotDescription) -> None:

@@ -107,6 +107,20 @@ def test_progress_counts_from_where_a_search_goes_on(tmp_path: Path) -> None:
         assert told[-1] == timesteps
 
 
+def test_progress_ends_with_the_last_generation(tmp_path: Path) -> None:
+    """Which may take several times what was asked for: until then the search is not done."""
+    told: list[float] = []
+    search(
+        "random",
+        TASK.action_count,
+        tmp_path,
+        progress=lambda done, total, message: told.append(done / total),
+    )
+    assert len(told) > 3
+    assert told == sorted(told)
+    assert sum(share >= 1.0 for share in told) <= 2
+
+
 def test_genetic_algorithm_finds_the_best_design_and_beats_random_search(tmp_path: Path) -> None:
     """The best of three seeds, which found one of the best designs each, with 88 to 99.9 % of the
     optimum; drawing alone finds a third of that."""

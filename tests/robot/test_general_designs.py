@@ -135,6 +135,8 @@ def test_options_and_exclusions_hold_for_every_design() -> None:
         space.index(Design.parse("0.2.0"))
     with pytest.raises(ValueError, match="rules on options, regulators or exclusions"):
         space.index(Design.parse("1.1.b1+1"))
+    assert space.broken_exclusion(Design.parse("1.1.b1+1")) == (0, 2)
+    assert all(space.broken_exclusion(each) is None for each in space)
 
 
 def test_the_mirror_moves_legs_and_regulators_where_it_says() -> None:

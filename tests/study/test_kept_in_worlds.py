@@ -82,7 +82,8 @@ def test_stopped_walks_go_on(
     plain, plain_ratios = _walked(spec, tmp_path / "plain", keep=False)
     np.testing.assert_array_equal(achieved, plain)
     np.testing.assert_array_equal(ratios, plain_ratios)
-    assert np.isnan(achieved[::TOGETHER, 0]).all() and not np.isnan(achieved[1::TOGETHER]).any()
+    assert np.isnan(achieved[::TOGETHER, 0]).all()
+    assert not np.isnan(achieved[1::TOGETHER]).any()
     assert not (tmp_path / "plain" / KEPT_WALKS).exists()
 
 
