@@ -37,7 +37,13 @@ def test_the_numbers_of_the_pages_are_those_of_the_experiments() -> None:
 
 
 @pytest.mark.parametrize(
-    "file", ["demo/demo.json", "restarts/restarts.json", "restarts/now/restarts.json"]
+    "file",
+    [
+        "demo/demo.json",
+        "restarts/restarts.json",
+        "robust/summary.json",
+        "long_trainings/summary.json",
+    ],
 )
 def test_the_index_of_experiments_says_what_they_found(file: str) -> None:
     name, found = file.split("/")[0], ROOT / "reproduce" / file

@@ -250,7 +250,7 @@ def restarting_settings(seed: int = 0) -> CooptSettings:
     """Twelve short beginnings, the best of which is fine-tuned: an hour.
 
     In the measured physics one long training ends with the gaits that it came upon first
-    (`reproduce/robust`), so the time is spent on many as short as the demo's.
+    (`reproduce/long_trainings`), so the time is spent on many as short as the demo's.
     """
     quick = quick_settings(seed)
     return replace(

@@ -103,7 +103,8 @@ def from_walks(leg: LegName) -> ReduceSettings:
     reduction = learned_settings().reduction
     if leg == "measured":
         # Learned walks ask for more elements than the preset's own; with fewer than the leg that
-        # ships a leg of such walks went 4.2 % too far in the nominal world (reproduce/robust).
+        # ships a leg of such walks went 4.2 % too far in the nominal world
+        # (reproduce/long_trainings).
         finer = replace(chosen.reduction.ecsw, element_limit=600)
         reduction = replace(chosen.reduction, ecsw=finer)
     return ReduceSettings(snapshots, reduction=reduction)

@@ -3,9 +3,9 @@
     python reproduce/teeth/run.py
 
 In the measured physics, reduced robots: the blocked force of a leg with and without contact between
-its teeth, and the kept pairs of reproduce/robust in worlds that their training never saw. Writes
-leg.npz, the leg with contact, which every verb takes as --part, into --work and teeth.json into
---out.
+its teeth, and the kept pairs of reproduce/long_trainings in worlds that their training never saw.
+Writes leg.npz, the leg with contact, which every verb takes as --part, into --work and teeth.json
+into --out.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import walks_in_worlds
 
 HERE = Path(__file__).parent
-RUNS = tuple(HERE.parent / "robust" / f"seed_{seed}" for seed in (0, 1, 2))
+RUNS = tuple(HERE.parent / "long_trainings" / f"seed_{seed}" for seed in (0, 1, 2))
 PRESSURES_KPA = tuple(range(10, 101, 10))
 FRAMES = 5
 """Of the frames of a walk every so many are looked at."""

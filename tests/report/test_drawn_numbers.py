@@ -21,7 +21,7 @@ from pneumorph.report.trial_figures import trials_figure
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.search_findings import DesignsBestGait
 
-CERTIFICATE = Path(__file__).parents[2] / "reproduce/robust/seed_1/certificate_full.json"
+CERTIFICATE = Path(__file__).parents[2] / "reproduce/long_trainings/seed_1/certificate_full.json"
 
 
 def test_a_certificates_bands_are_drawn_over_its_worlds() -> None:
