@@ -55,6 +55,16 @@ def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CooptResul
     return folder, run(folder)
 
 
+def test_a_choice_that_stays_wide_is_told(
+    straight: tuple[Path, CooptResult], tmp_path: Path
+) -> None:
+    """Scores of these designs differ by centimetres, which a large enough beta tells apart."""
+    schedule = replace(SETTINGS.schedule, maximum_inverse_temperature=1e-6)
+    told = run(tmp_path, settings=replace(SETTINGS, schedule=schedule)).remarks
+    assert any(f"some {len(SPACE)} of them are left and not 1" in note for note in told)
+    assert not any("did not narrow" in note for note in straight[1].remarks)
+
+
 def assert_same_run(folder: Path, summary: CooptResult, straight: tuple[Path, CooptResult]) -> None:
     expected_folder, expected = straight
     ours, theirs = (load_checkpoint(where) for where in (folder, expected_folder))

@@ -19,7 +19,8 @@ from pneumorph.report.verb_pages import PAGES
 from pneumorph.study.comparison import Comparison, Kind, NodeErrors
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import SearchCurve
-from pneumorph.study.training_run import _untaught
+from pneumorph.study.training_options import PRESETS
+from pneumorph.study.training_run import _too_short, _untaught
 
 RESULTS = sorted(
     {page.result for page in PAGES.values() if dataclasses.is_dataclass(page.result)}
@@ -83,3 +84,15 @@ def test_a_training_that_ended_before_it_learned_says_so() -> None:
     assert _untaught(found, settings) == []
     (note,) = _untaught(dataclasses.replace(found, update_count=0, timesteps=96), settings)
     assert note.startswith("nothing was learned: 96 timesteps are not more than learning_start")
+
+
+def test_what_a_training_is_too_short_for_is_told_before_it_begins() -> None:
+    quick = PRESETS["quick"]().coopt
+    assert _too_short(quick) == []
+    told = _too_short(dataclasses.replace(quick, total_timesteps=500))
+    assert [note.split(":")[0] for note in told] == [
+        "nothing will be learned",
+        "designs will not be narrowed to the end",
+        "robots will learn in the nominal world alone",
+    ]
+    assert "there are 960 timesteps" in told[0]  # whole rounds
