@@ -135,7 +135,11 @@ class Calibration:
         content = read_json(path, "calibration")
         with reading(path, "calibration"):
             if content.get("kind") != "Calibration":
-                raise ValueError(f"it holds a {content.get('kind')}, expected a Calibration")
+                held = f"a {content['kind']}" if "kind" in content else "no kind of artefact"
+                raise ValueError(
+                    f"it holds {held}, expected a Calibration, such as calibration.json of "
+                    "`pneumorph calibrate`"
+                )
             if content.get("format_version") != FORMAT_VERSION:
                 raise ValueError(
                     f"it has format version {content.get('format_version')}, this pneumorph reads "

@@ -275,7 +275,12 @@ class DesignChoices(Checked):
 
     @property
     def idle_regulators(self) -> tuple[int, ...]:
-        """Regulators that no design uses, from 1."""
+        """Regulators that no design uses, from 1; where there are more of them than a design has
+        cavities, and their names mean nothing, those that are too many."""
+        cavities = (max((len(leg.regulators) for leg in legs), default=0) for legs in self.fittings)
+        most = sum(sorted(cavities, reverse=True)[: self.maximum_legs])
+        if self.canonical and self.regulator_count > most:
+            return tuple(range(most + 1, self.regulator_count + 1))
         return tuple(
             number
             for number in range(1, self.regulator_count + 1)
@@ -296,9 +301,12 @@ class DesignChoices(Checked):
             ValueError: There is one.
         """
         if idle := self.idle_regulators:
+            named = ", ".join(map(str, idle))
+            if len(idle) > 4 and idle[-1] - idle[0] == len(idle) - 1:
+                named = f"{idle[0]} to {idle[-1]}"
             raise ValueError(
-                f"{setting} is {self.regulator_count} and no design uses regulator "
-                f"{', '.join(map(str, idle))}, expected as many regulators as are used; {remedy}"
+                f"{setting} is {self.regulator_count} and no design uses regulator {named}, "
+                f"expected as many regulators as are used; {remedy}"
             )
 
     def of_options(self, numbers: Sequence[int] | np.ndarray) -> Design:

@@ -151,7 +151,7 @@ def transfer(
         compared.append((run, found_there, trials))
         spread = found_there.spread_cm
         folder.progress.say(
-            f"{label}: {found_there.mean_distance_cm:.1f} cm measured, "
+            f"{label}: {found_there.mean_distance_cm:.1f} cm forward measured, "
             + ("" if spread is None else f"deviation {spread:.1f}, ")
             + f"{found_there.simulated_distance_cm:.1f} cm simulated"
         )

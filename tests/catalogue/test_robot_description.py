@@ -355,7 +355,10 @@ def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
     for design, why in (
         ("1.1.2.0.0.0", "allows: it has too few legs: 3, expected at least 4"),
         ("1.b1.2.2.1.0", "allows: it has b1 at location 1, expected one of the options '0 *'"),
-        ("b1.0.2.2.0.b1", "allows: see its exclusions"),
+        (
+            "b1.0.2.2.0.b1",
+            "allows: its exclusions allow one leg at most at front left and front right",
+        ),
     ):
         note = description_notes(plate, design, plate.acting)[0]
         assert note.startswith(f"design {design} {says}")

@@ -176,6 +176,9 @@ def test_what_is_no_calibration_is_refused(tmp_path: Path) -> None:
     (tmp_path / "c.json").write_text('{"kind": "Mesh"}')
     with pytest.raises(ArtefactError, match="it holds a Mesh, expected a Calibration"):
         Calibration.load(tmp_path / "c.json")
+    (tmp_path / "c.json").write_text('{"verb": "coopt"}')
+    with pytest.raises(ArtefactError, match="it holds no kind of artefact, expected a Calibration"):
+        Calibration.load(tmp_path / "c.json")
     with pytest.raises(FileNotFoundError, match="does not exist"):
         Calibration.load(tmp_path / "none.json")
 

@@ -282,3 +282,14 @@ def test_a_regulator_that_nothing_uses_is_refused() -> None:
             location_count=2, regulator_count=3, minimum_legs=1, maximum_legs=2, canonical=False,
             options=("0 1", "0 2"), mirror="none",
         )  # fmt: skip
+
+
+def test_more_regulators_than_cavities_are_told_at_once() -> None:
+    """Without building what 99 of them may drive."""
+    space = DesignSpace(
+        location_count=6, regulator_count=99, minimum_legs=3, maximum_legs=4, mirror="none",
+        options=("0 * b*+*",) * 6,
+    )  # fmt: skip
+    assert space.idle_regulators == tuple(range(9, 100))
+    with pytest.raises(ValueError, match="M is 99 and no design uses regulator 9 to 99, expected"):
+        space.refuse_idle_regulators("M", "so there")
