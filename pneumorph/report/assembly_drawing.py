@@ -101,11 +101,30 @@ def _boxes(seat: Seat) -> list[np.ndarray]:
         return []
     if seat.leg.shape is None:
         return [seat.pose.apply(seat.leg.mesh.nodes)]
+    return [_corners(seat, low, size) for low, size in seat.leg.shape.solid_boxes()]
+
+
+def _corners(seat: Seat, low: Sequence[float], size: Sequence[float]) -> np.ndarray:
+    """Of a box of a leg in the robot's frame, (corner, 3)."""
     corners = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
-    return [
-        seat.pose.apply(np.array(low) + corners * size)
-        for low, size in seat.leg.shape.solid_boxes()
-    ]
+    return seat.pose.apply(np.array(low) + corners * size)
+
+
+def _coloured_boxes(seat: Seat) -> list[tuple[np.ndarray, str]]:
+    """The same with their colours: a leg whose left and right chamber have regulators of their own
+    is parted where its chambers are, along its middle plane."""
+    colours = [regulator_colour(each) for each in seat.regulators]
+    shape = None if seat.leg is None else seat.leg.shape
+    if shape is None or shape.middle_wall_mm == 0.0 or len(set(colours)) < 2:
+        return [(corners, colours[0]) for corners in _boxes(seat)]
+    parted = []
+    for low, size in shape.solid_boxes():
+        for (begin, end), colour in zip(((0.0, np.inf), (-np.inf, 0.0)), colours, strict=True):
+            start, stop = max(low[1], begin), min(low[1] + size[1], end)
+            if stop > start:
+                half = _corners(seat, (low[0], start, low[2]), (size[0], stop - start, size[2]))
+                parted.append((half, colour))
+    return parted
 
 
 def _outline(axes: Axes, points: np.ndarray, colour: str, order: float) -> None:
@@ -121,8 +140,8 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
 
     unit = scale / 2.0
     for seat in robot.seats:
-        for corners in _boxes(seat):
-            _outline(axes, corners[:, :2], regulator_colour(seat.regulators[0]), 2)
+        for corners, colour in _coloured_boxes(seat):
+            _outline(axes, corners[:, :2], colour, 2)
     hub = robot.hub
     _outline(axes, hub.outline_mm[:, :2], DISK_COLOUR, 3)
     if hub.well_radius_mm > 0.0:
@@ -196,9 +215,9 @@ def _side(axes: Axes, robot: RobotToMake, scale: float) -> None:
     lift = -15.0 * unit
     seats = sorted(robot.seats, key=lambda each: -np.sin(np.radians(each.direction_deg)))
     for order, seat in enumerate(seats):
-        for corners in _boxes(seat):
+        for corners, colour in _coloured_boxes(seat):
             points = corners[:, [0, 2]] + [0.0, lift]
-            _outline(axes, points, regulator_colour(seat.regulators[0]), 2 + 0.1 * order)
+            _outline(axes, points, colour, 2 + 0.1 * order)
     hull = robot.hub.outline_mm[:, [0, 2]]
     low, high = hull[:, 1].min(), hull[:, 1].max()
     _outline(axes, hull + np.array([0.0, lift]), DISK_COLOUR, 2.5)

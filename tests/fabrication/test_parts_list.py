@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from matplotlib.colors import to_hex
+from matplotlib.patches import Polygon
 
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
@@ -22,6 +24,7 @@ from pneumorph.fabrication.robot_to_make import (
 from pneumorph.fabrication.tube_plan import TubeRun, tube_plan, tubes_csv
 from pneumorph.fabrication.workshop_settings import WorkshopSettings
 from pneumorph.report.assembly_drawing import assembly_drawing, drawing_scale
+from pneumorph.report.style import regulator_colour
 
 HUB = Printed("PLA", 24.2, 30.0)
 RUBBER = ("Dragon Skin 30", 1.08)
@@ -137,6 +140,27 @@ def test_a_drawing_tells_how_legs_are_rolled_and_what_the_hub_carries() -> None:
     rolls = [label.splitlines()[-1] for label in labels if "rolled" in label]
     # The sites' own roll angles; legs point outward and down by 15 degrees.
     assert rolls == ["rolled +45°", "rolled -45°", "rolled +45°", "rolled +45°"]
+
+
+def test_chambers_beside_each_other_are_drawn_where_they_are() -> None:
+    """Of the leg that points 45 degrees to the left of forward, the left chamber lies further left
+    and is drawn on that side; one regulator for both is one colour."""
+    example = Path(__file__).parents[2] / "examples" / "two_chambers.toml"
+    robot = RobotDescription.read(example)
+    asked = described_robot_to_make(
+        "1+2.0.0.3+4.1+1.0.3+4.0", robot, robot.spec(), FabricationSettings()
+    )
+    parts = parts_list([LEG], HUB, {}, [], WorkshopSettings())
+    plan = assembly_drawing(asked, parts, tube_plan(asked.seats, WorkshopSettings())).axes[0]
+    colours: dict[str, list[np.ndarray]] = {}
+    for patch in plan.patches:
+        if isinstance(patch, Polygon):
+            middle = patch.get_xy().mean(axis=0)
+            if middle.min() > 0.0:  # of the leg that points to the upper right
+                colours.setdefault(to_hex(patch.get_facecolor()), []).append(middle)
+    first, second = (to_hex(regulator_colour(each)) for each in (1, 2))
+    left, right = (np.mean(colours[each], axis=0) for each in (first, second))
+    assert (left - right) @ [-1.0, 1.0] > 10.0
 
 
 def test_a_hub_that_is_a_mesh_weighs_what_its_walls_do(tmp_path: Path) -> None:
