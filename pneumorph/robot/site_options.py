@@ -58,11 +58,14 @@ def site_options(
             choices.append(every if number == "*" else [int(number)])
         module = ord(kind or "a") - ord("a")
         found += [Fitting(location, module, regulators) for regulators in product(*choices)]
-    if len(set(map(_driven, found))) < len(found) or not found:
+    driven = list(map(_driven, found))
+    twice = next((each for each in driven if driven.count(each) > 1), None)
+    if twice is not None or len(set(driven)) < len(driven) or not found:
+        said = "" if twice is None else f", and it says {twice} twice"
         raise ValueError(
-            f"options[{location}] is {text!r}, expected one or more different entries: such as "
-            '"0 *" for no leg or one on any regulator, or "*+*" alone for two cavities on one '
-            "regulator or on two"
+            f"options[{location}] is {text!r}, expected one or more different entries{said}: such "
+            'as "0 *" for no leg or one on any regulator, or "*+*" alone for two cavities on one '
+            "regulator or on two, which holds what * says"
         )
     return tuple(sorted(found, key=_order)), named
 
