@@ -47,14 +47,23 @@ def forbidden_note(robot: RobotDescription, design: str) -> str | None:
     if robot.space.holds(asked):
         return None
     why = "see its counts of legs and regulators"
-    if (broken := robot.space.broken_exclusion(asked)) is not None:
-        names = " and ".join(str(robot.sites[place].name or place) for place in broken)
+    if (names := excluding_sites(robot, asked)) is not None:
         why = f"its exclusions allow one leg at most at {names}"
     try:
         robot.space.check(asked)
     except ValueError as error:
         why = "it " + str(error).removeprefix(f"design {asked} ")
     return f"design {design} is none that [designs] of {robot.file or robot.name} allows: {why}"
+
+
+def excluding_sites(robot: RobotDescription, design: Design) -> str | None:
+    """Names of the sites with legs of which exclusions allow one at most, or their numbers where
+    they have no names; None where a design keeps to all exclusions."""
+    broken = robot.space.broken_exclusion(design)
+    if broken is None:
+        return None
+    names = dict(enumerate(site.name for site in robot.sites))  # none of a ring
+    return " and ".join(names.get(place) or str(place) for place in broken)
 
 
 def _surface_note(robot: RobotDescription, physics: Physics) -> str | None:

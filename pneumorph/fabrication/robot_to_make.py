@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.catalogue.description_notes import excluding_sites
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
@@ -248,8 +249,7 @@ def described_robot_to_make(
             f"design {design} has {design.location_count} locations, expected "
             f"{len(robot.sites)}: one for each site of {description.name}"
         )
-    if (broken := description.space.broken_exclusion(design)) is not None:
-        names = " and ".join(str(robot.sites[place].name or place) for place in broken)
+    if (names := excluding_sites(description, design)) is not None:
         raise ValueError(
             f"design {design} has legs at {names}, of which designs.exclusions allows one at most: "
             "they may be in the same place; take one of them away, or the exclusion where both fit"

@@ -143,7 +143,7 @@ def run_search(
                     made: int, before: int = done, whole: int = whole, far: str = far
                 ) -> None:
                     if progress is not None:
-                        progress(min(before + made, whole), whole, f"searching{far}")
+                        progress(before + made, whole, f"searching{far}")
 
                 report(0)  # before the walk: the time left counts from the first that is made now
                 seed = done if objective.is_robust else None

@@ -9,6 +9,7 @@ for the third kind with regulators of their own for its two cavities.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from itertools import product
 
 from pneumorph.robot.design import Fitting
@@ -58,10 +59,10 @@ def site_options(
             choices.append(every if number == "*" else [int(number)])
         module = ord(kind or "a") - ord("a")
         found += [Fitting(location, module, regulators) for regulators in product(*choices)]
-    driven = list(map(_driven, found))
-    twice = next((each for each in driven if driven.count(each) > 1), None)
-    if twice is not None or len(set(driven)) < len(driven) or not found:
-        said = "" if twice is None else f", and it says {twice} twice"
+    counts = Counter(map(_driven, found))
+    if len(counts) < len(found) or not found:
+        twice = [str(each or 0) for each, count in counts.items() if count > 1]
+        said = f", and it says {twice[0]} twice" if twice else ""
         raise ValueError(
             f"options[{location}] is {text!r}, expected one or more different entries{said}: such "
             'as "0 *" for no leg or one on any regulator, or "*+*" alone for two cavities on one '

@@ -106,18 +106,6 @@ def certify_candidates(
             ``full_order/`` and ``round_1/`` ...
         again: How what differs is made again.
     """
-    found = _certified_in_rounds(candidates, settings, spec, folder, again)
-    shutil.rmtree(folder.path / KEPT_WALKS, ignore_errors=True)
-    return found
-
-
-def _certified_in_rounds(
-    candidates: Candidates,
-    settings: CertificateSettings,
-    spec: RobotSpec,
-    folder: RunFolder,
-    again: Again,
-) -> Certificate:
     rounds: list[CertifiedRound] = []
     walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0
@@ -125,7 +113,7 @@ def _certified_in_rounds(
         found = certify_once(candidates, settings, spec, folder)
         wall_s += found.wall_s
         if not settings.full:
-            return found
+            break
         rounds.append(_round_of(found, made_s))
         walked.append((candidates, spec))
         ending = _ending(rounds, settings, spec)
@@ -142,7 +130,7 @@ def _certified_in_rounds(
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
         write_json(folder / CERTIFICATE_FILE, finite(result_to_dict(found)))
         if ending is not None:
-            return found
+            break
         own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
         made = _reduced_again(spec, again.reduction, rounds, own, folder.path)
         spec, made_s = spec.reduced_again(Path(made.part)), made.wall_s
@@ -151,6 +139,8 @@ def _certified_in_rounds(
             candidates, learned_s = _tuned_again(candidates, again.trained, spec, own)
             made_s += learned_s
         wall_s += made_s
+    shutil.rmtree(folder.path / KEPT_WALKS, ignore_errors=True)
+    return found
 
 
 def nearest_round(rounds: Sequence[CertifiedRound]) -> int:

@@ -13,7 +13,7 @@ from helpers.box_mesh import box_mesh
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.description_notes import damping_note, description_notes
+from pneumorph.catalogue.description_notes import damping_note, description_notes, forbidden_note
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.mounting_check import _way_through
@@ -364,6 +364,16 @@ def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
         assert note.startswith(f"design {design} {says}")
         assert why in note
     assert not any(says in each for each in description_notes(plate, "b1.1.2.2.1.0", plate.acting))
+
+
+def test_places_of_a_ring_that_exclude_each_other_are_told_by_their_numbers() -> None:
+    paper = data_file("paper_robot.toml")
+    text = paper.read_text()
+    rules = '[designs]\nexclusions = ["0 1", "6 7"]'
+    robot = RobotDescription.of_text(text.replace("[designs]", rules), paper)
+    note = forbidden_note(robot, "1.1.0.2.0.0.0.0")
+    assert note is not None
+    assert note.endswith("its exclusions allow one leg at most at 0 and 1")
 
 
 def test_a_file_that_names_no_physics_is_of_that_asked_for(edited: Edited) -> None:
