@@ -16,6 +16,7 @@ from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.fewer_modes import with_fewer_modes
+from pneumorph.reduction.fewer_points import FewerPoints, fewer_points
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
@@ -44,6 +45,7 @@ class Module:
             (`pneumorph.geometry.attachment`); None where it is not known.
         shape: Its sizes, of a PneuNet leg that is made from such; None of any other part.
         mode_limit: Most modes of the reduced part, see `with_fewer_modes`; None for all it has.
+        points: Which sampled points of the part with so many modes stand for all; None for all.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Module:
     find_face: Callable[[], Pose | None] = _unknown_face
     shape: PneuNetShape | None = None
     mode_limit: int | None = None
+    points: FewerPoints | None = None
 
     def __repr__(self) -> str:
         return f"Module({self.name})"
@@ -109,6 +112,8 @@ class Module:
         part = self.make_reduced()
         if self.mode_limit is not None:
             part = with_fewer_modes(part, self.mode_limit)
+        if self.points is not None:
+            part = self.points.of(part)
         factors = (self.modulus_factor, self.mass_factor, self.damping_factor)
         return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
 
@@ -149,7 +154,18 @@ class Module:
             count: Most modes.
         """
         known = self.mode_limit
-        return replace(self, mode_limit=count if known is None else min(known, count))
+        limit = count if known is None else min(known, count)
+        return replace(self, mode_limit=limit, points=None)
+
+    def with_fewer_points(self, states: np.ndarray, tolerance: float) -> Module:
+        """The same module, its reduced part with fewer sampled points; see
+        `pneumorph.reduction.fewer_points`.
+
+        Args:
+            states: What it goes through, modal coordinates (state, mode).
+            tolerance: Relative residual of its forces there.
+        """
+        return replace(self, points=fewer_points(self.reduced, states, tolerance))
 
     def check_reduction(self) -> None:
         """Refuse a reduced part that does not stand for the finite elements.

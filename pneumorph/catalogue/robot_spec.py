@@ -7,7 +7,7 @@ that `pneumorph.simulation.rollout.rollout` runs alike, and `RobotSpec.simulator
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -209,6 +209,21 @@ class RobotSpec(ShownInNotebooks):
         pairs = zip(self.modules, fewer.modules, strict=True)
         same = all(ours.reduced.mode_count == theirs.reduced.mode_count for ours, theirs in pairs)
         return self if same else fewer
+
+    def with_fewer_points(self, states: Mapping[Module, np.ndarray], tolerance: float) -> RobotSpec:
+        """The same robot whose reduced modules have fewer sampled points, see
+        `pneumorph.reduction.fewer_points`.
+
+        Args:
+            states: What a module goes through, modal coordinates (state, mode); others keep their
+                points.
+            tolerance: Relative residual of a module's forces there.
+        """
+        return self._with_modules(
+            lambda module: (
+                module.with_fewer_points(states[module], tolerance) if module in states else module
+            )
+        )
 
     def _with_modules(self, change: Callable[[Module], Module]) -> RobotSpec:
         """The robot with each module changed, once however many sites have it."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
@@ -107,6 +107,10 @@ class CooptSettings(Checked):
     training walk with all modes, and only a shortlist (--shortlist-count) is made with these. No
     effect where designs walk in one world each, whose gaits count as they are seen,
     nor on legs that do not know the range of their snapshots."""
+    learning_tolerance: NotNegative = 0.0
+    """Relative residual of forces at which legs have enough of their sampled points while robots
+    learn; they are chosen when learning begins. 0 for all points that they have (the paper). Fewer
+    make a step cheaper still; as with --learning-modes, no gait counts for what it did then."""
     checkpoint_interval_timesteps: Count = 50_000
     """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
     round."""

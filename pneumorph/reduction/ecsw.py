@@ -43,7 +43,7 @@ from pneumorph.reduction.mirror_pairs import shared_columns
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.sampled_elements import SampledElements
-from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls
+from pneumorph.reduction.sparse_nnls import NormalEquations, SparseSolution, sparse_nnls
 
 Progress = Callable[[int, int, str], None]
 """Called with steps done, steps in all and a message."""
@@ -125,6 +125,33 @@ def ecsw(
     training = TrainingRows.build(
         groups, modes, mirror_nodes, rotation, linear_stiffness, mixed, relaxing
     )
+    limit = settings.element_limit // (1 if mirror_nodes is None else 2)
+    solution = fitted_columns(training, states, settings, weights, max(limit, 1), progress)
+    return EcswResult(
+        cubatures=training.cubatures(solution.weight),
+        relative_residual=solution.relative_residual,
+        converged=solution.converged,
+    )
+
+
+def fitted_columns(
+    training: TrainingRows,
+    states: np.ndarray,
+    settings: EcswSettings,
+    weights: np.ndarray | None = None,
+    limit: int | None = None,
+    progress: Progress | None = None,
+) -> SparseSolution:
+    """Choose columns that stand for all, each with a weight of 1.
+
+    Args:
+        training: Contributions of all columns.
+        states: Training states, modal coordinates (state, mode).
+        settings: Tolerance, and what rows are scaled by.
+        weights: Of the states' force rows, (state,); 1 if not given.
+        limit: Most columns; no limit if not given.
+        progress: Called with done, total and a message.
+    """
     # Evenly spread over the states, which are ordered by protocol and load: the first, at rest,
     # tells no scales.
     spread = np.linspace(0, len(states) - 1, settings.stiffness_state_count or _SCALE_STATES)
@@ -156,13 +183,7 @@ def ecsw(
         if progress:
             progress(number + 1, len(states), "element rows")
 
-    limit = settings.element_limit // (1 if mirror_nodes is None else 2)
-    solution = sparse_nnls(problem, settings.hyperreduction_tolerance, max(limit, 1))
-    return EcswResult(
-        cubatures=training.cubatures(solution.weight),
-        relative_residual=solution.relative_residual,
-        converged=solution.converged,
-    )
+    return sparse_nnls(problem, settings.hyperreduction_tolerance, limit)
 
 
 def _size(rows: np.ndarray) -> float:
@@ -316,8 +337,8 @@ class TrainingRows:
             # Gradients of the fields: those of the modes, and of the unit rotations e_j x x.
             turns = np.stack([np.cross(axis, gradient, axisb=1, axisc=1) for axis in np.eye(3)], 3)
             fields = np.concatenate([elements.mode_gradient, turns], axis=3)
-            fields = fields.reshape(len(fields), -1, fields.shape[3])
+            fields = fields.reshape(len(fields), 3 * elements.dimension, fields.shape[3])
             stress = elements.stress(gradient, self.rotation)
-            forces.append(-(stress.reshape(len(stress), 1, -1) @ fields)[:, 0].T)
+            forces.append(-(stress.reshape(len(stress), 1, fields.shape[1]) @ fields)[:, 0].T)
             pairs.append((fields, elements.published_tangent(gradient, self.rotation)))
         return np.concatenate(forces, axis=1), pairs

@@ -20,15 +20,14 @@ from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
 from pneumorph.study.finished_run import FinishedRun, Pair
-from pneumorph.study.search_findings import FoundPair
-from pneumorph.study.study_once import study_once
-from pneumorph.study.training_worlds import (
-    TrainingWorlds,
+from pneumorph.study.learning_robots import (
     learning_and_judged,
     learning_robots,
     leg_digests,
-    simulator_factory,
 )
+from pneumorph.study.search_findings import FoundPair
+from pneumorph.study.study_once import study_once
+from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,7 @@ def learned_again(
     asked = {
         "coopt": settings,
         "worlds": worlds,
-        **leg_digests(spec, learners),
+        **leg_digests(spec, settings),
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
     }

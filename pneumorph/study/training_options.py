@@ -113,6 +113,8 @@ class TrainingOptions(Checked):
 # Of legs of 40 modes a third of the work, and means over worlds of learned robots that change by
 # less than 6 % (reproduce/learning_modes). The published leg has 24.
 _LEARNING_MODES = 16
+# A third of the points that 40 modes need, and two thirds of the time of a step.
+_LEARNING_TOLERANCE = 0.006
 
 
 def _of_physics(name: Any) -> dict[str, Any]:
@@ -121,6 +123,7 @@ def _of_physics(name: Any) -> dict[str, Any]:
     learner = {
         "evaluated_design_count": designs,
         "learning_modes": _LEARNING_MODES if measured else 0,
+        "learning_tolerance": _LEARNING_TOLERANCE if measured else 0.0,
     }
     return {
         "randomize": measured,

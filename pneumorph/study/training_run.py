@@ -39,17 +39,17 @@ from pneumorph.study.certified_rounds import (
     certify_candidates,
 )
 from pneumorph.study.learned_again import Trained
+from pneumorph.study.learning_robots import (
+    learning_and_judged,
+    learning_robots,
+    leg_digests,
+)
 from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_reward, task_name
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
 from pneumorph.study.shown_gaits import digests_of_shown
 from pneumorph.study.training_result import TrainingResult, fields_of_learned, ranked_by
-from pneumorph.study.training_worlds import (
-    TrainingWorlds,
-    learning_and_judged,
-    learning_robots,
-    leg_digests,
-)
+from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.trajectory import Trajectory
 
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
@@ -124,7 +124,7 @@ def run_training(
     shown = digests_of_shown(demonstrations, settings)
     provenance = {
         "simulation": spec.settings,
-        **leg_digests(spec, learning),
+        **leg_digests(spec, settings),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),

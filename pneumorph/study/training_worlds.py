@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
-from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.objective import Objective
-from pneumorph.learn.settings import CooptSettings
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator, reduction_digests
 
@@ -78,40 +76,3 @@ def simulator_factory(
         )
 
     return make
-
-
-def learning_robots(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
-    """The robots that learn: with fewer modes, where the settings say so and no gait counts for
-    what it did while it was learned; the robots themselves elsewhere.
-
-    Args:
-        spec: The robots.
-        settings: Of the training.
-    """
-    return spec.with_fewer_modes(settings.learning_modes if settings.objective.is_robust else 0)
-
-
-def learning_and_judged(
-    make: Callable[[RobotSpec], EnvironmentFactory], spec: RobotSpec, learning: RobotSpec
-) -> tuple[EnvironmentFactory, EnvironmentFactory | None]:
-    """What makes the environment that robots learn in, and that in which they are ranked; None for
-    the latter where they are the same.
-
-    Args:
-        make: Makes what makes the environments of robots.
-        spec: The robots.
-        learning: Those that learn.
-    """
-    return make(learning), None if learning is spec else make(spec)
-
-
-def leg_digests(spec: RobotSpec, learning: RobotSpec) -> dict[str, str]:
-    """What tells the legs of a training from others, of robots that learn too where they are other
-    ones.
-
-    Args:
-        spec: The robots.
-        learning: Those that learn.
-    """
-    fewer = {} if learning is spec else {"learning_leg": learning.reduction_digest()}
-    return {"leg": spec.reduction_digest(), **fewer}

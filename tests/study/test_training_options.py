@@ -15,6 +15,7 @@ from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, fast_settings, quick_settings
+from pneumorph.study.learning_robots import learning_and_judged, learning_robots, leg_digests
 from pneumorph.study.search_options import SearchOptions
 from pneumorph.study.training_options import (
     PRESETS,
@@ -23,12 +24,7 @@ from pneumorph.study.training_options import (
     quick_training,
     train_as_asked,
 )
-from pneumorph.study.training_worlds import (
-    learning_and_judged,
-    learning_robots,
-    leg_digests,
-    simulator_factory,
-)
+from pneumorph.study.training_worlds import simulator_factory
 
 
 def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
@@ -61,10 +57,10 @@ def test_whole_settings_of_an_earlier_version_begin_once() -> None:
     assert fast.coopt.restarts > 1
     written = settings_to_dict(fast)
     del written["coopt"]["restarts"], written["coopt"]["objective"]["nominal_until_timestep"]
-    del written["coopt"]["learning_modes"]
+    del written["coopt"]["learning_modes"], written["coopt"]["learning_tolerance"]
     objective = replace(fast.coopt.objective, nominal_until_timestep=0)
     assert layered(fast, [written]).coopt == replace(
-        fast.coopt, restarts=1, objective=objective, learning_modes=0
+        fast.coopt, restarts=1, objective=objective, learning_modes=0, learning_tolerance=0.0
     )
     shorter = layered(fast, [{"coopt": {"total_timesteps": 500}}]).coopt
     assert shorter == replace(fast.coopt, total_timesteps=500)
@@ -77,7 +73,8 @@ def test_several_worlds_for_a_design_ask_for_worlds(tmp_path) -> None:
 
 
 def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> None:
-    spec, settings = RobotOptions().spec(), quick_training().coopt
+    spec = RobotOptions().spec()
+    settings = replace(quick_training().coopt, learning_tolerance=0.0)
     made: list[int] = []
 
     def make(robots: RobotSpec) -> EnvironmentFactory:
@@ -88,8 +85,8 @@ def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> Non
     learning, judged = learning_and_judged(make, spec, learners)
     assert (made, judged is not None) == ([16, 40], True)
     assert learning is not judged
-    assert leg_digests(spec, learners)["leg"] == spec.reduction_digest()
-    assert leg_digests(spec, learners)["learning_leg"] != spec.reduction_digest()
+    assert leg_digests(spec, settings)["leg"] == spec.reduction_digest()
+    assert leg_digests(spec, settings)["learning_leg"] == learners.reduction_digest()
     for whole in (
         replace(settings, objective=Objective()),
         replace(settings, learning_modes=0),
@@ -99,7 +96,7 @@ def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> Non
         learners = learning_robots(spec, whole)
         assert learning_and_judged(make, spec, learners)[1] is None
         assert made == [40]
-        assert leg_digests(spec, learners) == {"leg": spec.reduction_digest()}
+        assert leg_digests(spec, whole) == {"leg": spec.reduction_digest()}
 
 
 def test_the_number_of_regulators_is_asked_for_in_one_place() -> None:
