@@ -15,13 +15,14 @@ ranges of what nobody has measured (--randomize, --randomisation). Every design 
 (--objective.worlds-per-design), and --objective.kind over them ranks designs, finalists and gaits;
 quick and fast begin in the nominal world (--objective.nominal-until-timestep).
 score_standard_error_cm in the metrics is the uncertainty that the draw leaves. While they learn,
-legs have at most 16 modes for each chamber (--learning-modes), with one chamber a third of a step's
-work; gaits are ranked on legs with all of theirs, once a shortlist of designs has been made
-(--shortlist-count). At the end the best pairs are certified in worlds that training never saw
-(--certified-world-count; see `pneumorph certify`). With --certify they also walk as finite
-elements, and where the two models differ the leg is reduced again and the pairs are fine-tuned on
-it. This takes hours, up to --rounds.limit and --rounds.budget-s. --physics published trains as the
-paper did: in one world, ranked by the distance there, without a certificate.
+legs have at most 16 modes for each chamber (--learning-modes) and the points that these need
+(--learning-tolerance), with one chamber a quarter of a step's work; gaits are ranked on legs with
+all of theirs, once a shortlist of designs has been made (--shortlist-count). At the end the best
+pairs are certified in worlds that training never saw (--certified-world-count; see `pneumorph
+certify`). With --certify they also walk as finite elements, and where the two models differ the leg
+is reduced again and the pairs are fine-tuned on it. This takes hours, up to --rounds.limit and
+--rounds.budget-s. --physics published trains as the paper did: in one world, ranked by the distance
+there, without a certificate.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and

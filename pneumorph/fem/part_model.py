@@ -34,6 +34,7 @@ from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.surface import enclosed_centre
 from pneumorph.physics.physics import Rotation
 
 
@@ -110,6 +111,13 @@ class PartModel:
         )
         """Where pressure acts: each at its own, or all at one."""
         self._shares = np.ones(len(names))
+
+    @property
+    def cavity_centres_mm(self) -> np.ndarray:
+        """Middle of each cavity at rest [mm], (cavity, 3)."""
+        regions = [self.mesh.surfaces[name] for name in self.cavity_names]
+        centres = [enclosed_centre(self.mesh.nodes, region) for region in regions]
+        return np.reshape(centres, (-1, 3))
 
     def inflated_in(self, shares: Sequence[float] | np.ndarray) -> PartModel:
         """The same part, where one pressure is so much in each cavity, (cavity,): what rises with

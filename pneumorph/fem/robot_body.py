@@ -181,6 +181,7 @@ class RobotBody(Generic[HubState]):
             PlacedPart(
                 leg.part, np.zeros((0, 3)) if skin is None else skin, leg.pose,
                 tuple(regulator + 1 for regulator in leg.regulators), site,
+                leg.part.cavity_centres_mm,
             )
             for site, leg, skin in zip(self.sites, self.legs, skins, strict=True)
         ]  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ class PlacedPart:
         pose: Its frame in the robot's.
         regulators: Numbers of the regulators of its cavities, from 1.
         site: Number of its site.
+        cavity_centres_mm: Middle of each cavity in its frame, (cavity, 3); None where that is not
+            known.
     """
 
     part: Any
@@ -33,6 +35,7 @@ class PlacedPart:
     pose: Pose
     regulators: tuple[int, ...]
     site: int
+    cavity_centres_mm: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,9 @@ class RobotShape:
     """Origin of each leg's frame in the robot's [mm], (leg, 3)."""
     skin_part: np.ndarray
     """Number of the part that each of a trajectory's skin triangles belongs to, (triangle,)."""
+    leg_cavity_mm: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3)))
+    """Middle of each leg's cavities in the robot's frame [mm], (leg, cavity, 3), NaN for one that
+    it has not or whose place is not known; none in files of earlier versions."""
 
     def __post_init__(self) -> None:
         leg = len(self.leg_part)
@@ -99,6 +105,10 @@ class RobotShape:
             used, renumbered = np.unique(boundary, return_inverse=True)
             nodes, triangles = hub.nodes[used], renumbered.reshape(-1, 3).astype(np.int32)
         cavities = max((len(leg.regulators) for leg in legs), default=1)
+        centres = np.full((len(legs), cavities, 3), np.nan)
+        for own, leg in zip(centres, legs, strict=True):
+            if leg.cavity_centres_mm is not None:
+                own[: len(leg.cavity_centres_mm)] = leg.pose.apply(leg.cavity_centres_mm)
         shape = cls(
             hub_nodes_mm=nodes,
             hub_triangles=triangles,
@@ -114,6 +124,7 @@ class RobotShape:
                 [np.zeros(0, np.int32)]
                 + [np.full(len(leg.skin), place, np.int32) for place, leg in enumerate(parts)]
             ),
+            leg_cavity_mm=centres,
         )
         skins = [np.asarray(leg.skin, dtype=np.int32).reshape(-1, 3) for leg in parts]
         return shape, np.concatenate(skins) if skins else None
@@ -122,6 +133,15 @@ class RobotShape:
     def regulators(self) -> tuple[tuple[int, ...], ...]:
         """Regulators of each leg's cavities, from 1."""
         return tuple(tuple(r for r in row if r) for row in self.leg_regulators.tolist())
+
+    def cavities_of(self, leg: int) -> np.ndarray | None:
+        """Middle of each of a leg's cavities in the robot's frame [mm], (cavity, 3); None where
+        that is not known."""
+        if leg >= len(self.leg_cavity_mm):
+            return None
+        centres = self.leg_cavity_mm[leg]
+        known = centres[~np.isnan(centres).any(axis=1)]
+        return known if len(known) else None
 
     def skin_of(self, leg: int) -> np.ndarray:
         """Which of a trajectory's skin triangles are a leg's, (triangle,) bool."""

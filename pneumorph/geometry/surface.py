@@ -40,6 +40,20 @@ def enclosed_volume(nodes: np.ndarray, triangles: np.ndarray) -> float:
     return float(np.einsum("ti,ti->", corners[:, 0], normal) / 6.0)
 
 
+def enclosed_centre(nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Middle of the volume within a closed surface [mm], (3,), by the divergence theorem.
+
+    Args:
+        nodes: Positions [mm], (node, 3).
+        triangles: Node indices, normals all outward or all inward, (triangle, 3); of more nodes the
+            first three are the corners.
+    """
+    corners = nodes[triangles[:, :3]]
+    volumes = np.linalg.det(corners) / 6.0  # of a tetrahedron with the origin
+    centre: np.ndarray = volumes @ corners.sum(axis=1) / 4.0 / volumes.sum()
+    return centre
+
+
 def surface_area(nodes: np.ndarray, triangles: np.ndarray) -> float:
     """Area of triangles [mm^2].
 

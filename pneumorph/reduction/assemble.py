@@ -16,6 +16,7 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.face_tie import ATTACHMENT, ATTACHMENT_FACE
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
+from pneumorph.geometry.surface import enclosed_centre
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
 from pneumorph.reduction.index_check import POINT_COUNTS
 from pneumorph.reduction.inertia import mass_integrals
@@ -25,7 +26,7 @@ from pneumorph.reduction.mixed_dilatation import (
     mixed_dilatation,
 )
 from pneumorph.reduction.mixed_sheet import mixed_sheet
-from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduced_part import CAVITY_CENTRES, ReducedPart
 from pneumorph.reduction.sampled_elements import SampledElements
 
 
@@ -162,6 +163,10 @@ def assemble_reduced_part(
         metadata={
             **(metadata or {}),
             **_attachment(mesh),
+            CAVITY_CENTRES: [
+                enclosed_centre(mesh.nodes, mesh.surfaces[name]).tolist()
+                for name in cavity_regions(mesh)
+            ],
             POINT_COUNTS: _point_counts(part),
             "mesh_digest": mesh.digest(),
         },

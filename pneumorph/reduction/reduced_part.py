@@ -30,6 +30,9 @@ from pneumorph.reduction.sampled_branches import SampledBranches
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.snapshot_range import range_ratio
 
+CAVITY_CENTRES = "cavity_centres_mm"
+"""Name in a part's metadata of where its cavities are."""
+
 
 class HasDigest(Protocol):
     """A mesh that knows its content hash."""
@@ -129,6 +132,14 @@ class ReducedPart(ReducedArrays):
             self.cavity_volume_2[index],
             self.cavity_volume_3[index],
         )
+
+    @property
+    def cavity_centres_mm(self) -> np.ndarray | None:
+        """Middle of each cavity at rest in the part's frame [mm], (cavity, 3); None of a part that
+        does not say, as older files."""
+        found = self.metadata.get(CAVITY_CENTRES)
+        size = self.metadata.get("size_factor", 1.0)
+        return size * np.reshape(found, (-1, 3)) if found else None
 
     @property
     def seen_pressure_kPa(self) -> float:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from pneumorph.report.plan_bands import chamber_bands
 from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
     from pneumorph.catalogue.robot_options import RobotOptions
     from pneumorph.catalogue.robot_spec import RobotSpec
-    from pneumorph.geometry.pose import Pose
+    from pneumorph.robot.robot import Mount
     from pneumorph.trajectory import Trajectory
 
 DISK_RADIUS_MM = 54.5
@@ -33,7 +34,7 @@ class Plan:
     Attributes:
         hub_mm: Corners of the hub's outline, (corner, 2).
         legs_mm: Of each leg's, each (corner, 2).
-        regulators: Of each leg's cavities, from 1.
+        regulators: Of each leg's cavities, or one of all of them, from 1.
         entries: Of each leg in the name of the design: its kind and its regulators, such as ``b2``.
     """
 
@@ -41,6 +42,17 @@ class Plan:
     legs_mm: tuple[np.ndarray, ...]
     regulators: tuple[tuple[int, ...], ...]
     entries: tuple[str, ...]
+    bands_mm: tuple[tuple[np.ndarray, ...], ...] = ()
+    """Of each leg the part of its outline where each of its cavities is, (corner, 2); empty where
+    there is one."""
+
+    def coloured(self, leg: int) -> list[tuple[np.ndarray, int]]:
+        """Parts of a leg's outline, and the regulator of each."""
+        bands = self.bands_mm[leg] if self.bands_mm else (self.legs_mm[leg],)
+        own = self.regulators[leg]
+        if len(own) == 1:
+            return [(self.legs_mm[leg], own[0])]
+        return list(zip(bands, own, strict=True))
 
     @property
     def half_width_mm(self) -> float:
@@ -64,11 +76,13 @@ def paper_plan(design: Design) -> Plan:
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     rectangle = corners * [LEG_LENGTH_MM, LEG_WIDTH_MM] + [LEG_CENTRE_MM, 0.0]
     legs = tuple(rectangle @ _turned(design.angle_rad(each.location)).T for each in design.fittings)
+    fittings = zip(legs, design.fittings, strict=True)
     return Plan(
         DISK_RADIUS_MM * np.stack([np.cos(turn), np.sin(turn)], axis=1),
         legs,
         tuple(each.regulators for each in design.fittings),
         tuple(map(str, design.fittings)),
+        tuple(tuple(chamber_bands(leg, len(each.regulators))) for leg, each in fittings),
     )
 
 
@@ -92,6 +106,10 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
         legs,
         shape.regulators,
         tuple(entries.get(site, "+".join(map(str, own))) for site, own in sites),
+        tuple(
+            _bands(outline, len(own), shape.cavities_of(leg))
+            for leg, (outline, own) in enumerate(zip(legs, shape.regulators, strict=True))
+        ),
     )
 
 
@@ -109,18 +127,29 @@ def plans_of_spec(spec: RobotSpec) -> PlanOf:
 
     def plan(design: Design) -> Plan:
         mounts = spec.assembly(design).mounts
+        legs = tuple(_outline(mount.pose.apply(mount.part.rest_nodes)) for mount in mounts)
         return Plan(
             hub,
-            tuple(_posed(mount.pose, mount.part.rest_nodes) for mount in mounts),
+            legs,
             tuple(each.regulators for each in design.fittings),
             tuple(map(str, design.fittings)),
+            tuple(
+                _bands(outline, mount.part.cavity_count, _placed_centres(mount))
+                for outline, mount in zip(legs, mounts, strict=True)
+            ),
         )
 
     return plan
 
 
-def _posed(pose: Pose, nodes: np.ndarray) -> np.ndarray:
-    return _outline(pose.apply(nodes))
+def _placed_centres(mount: Mount) -> np.ndarray | None:
+    """Middle of each of a mount's cavities in the robot's frame [mm], (cavity, 3)."""
+    centres = mount.part.cavity_centres_mm
+    return None if centres is None else mount.pose.apply(centres)
+
+
+def _bands(outline: np.ndarray, count: int, centres: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    return tuple(chamber_bands(outline, count, None if centres is None else centres[:, :2]))
 
 
 def _outline(points: np.ndarray) -> np.ndarray:

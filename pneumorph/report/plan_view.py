@@ -1,7 +1,7 @@
 """A robot seen from above: legs coloured by regulator, forward to the right (paper, figure 3a).
 
 What stands on a leg is its entry in the name of the design: its kind and its regulators. A leg of
-several regulators has a band for each, the first nearest to the hub.
+several regulators is parted where its chambers are.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.report.plan import HALF_WIDTH_MM, Plan
+from pneumorph.report.plan_bands import way_out
 from pneumorph.report.style import (
     DISK_COLOUR,
     INK_COLOUR,
@@ -55,17 +56,16 @@ def draw_plan_view(
     def placed(points: np.ndarray) -> np.ndarray:
         return np.asarray(points @ turn.T * size_mm + centre_mm)
 
-    legs = zip(plan.legs_mm, plan.regulators, plan.entries, strict=True)
-    for outline, regulators, entry in legs:
-        colours = [regulator_colour(each) for each in regulators]
-        middle, away = _way_out(outline)
-        for band, colour in zip(_bands(outline, away, len(colours)), colours, strict=True):
+    for leg, (outline, entry) in enumerate(zip(plan.legs_mm, plan.entries, strict=True)):
+        middle, away = way_out(outline)
+        parts = [(band, regulator_colour(each)) for band, each in plan.coloured(leg)]
+        for band, colour in parts:
             axes.fill(*placed(band).T, facecolor=colour, edgecolor="white", linewidth=0.6)
         if number_size:
             # The number says what the colour says, for grey print.
             x, y = placed(middle + _OUTWARDS_MM * away)
             size = number_size * min(1.0, _WIDEST / len(entry))
-            rim = [withStroke(linewidth=1.6, foreground=colours[-1])]  # where a leg is narrow
+            rim = [withStroke(linewidth=1.6, foreground=parts[-1][1])]  # where a leg is narrow
             axes.text(x, y, entry, color="white", ha="center", va="center", size=size,
                       path_effects=rim)  # fmt: skip
     if len(plan.hub_mm):
@@ -74,36 +74,6 @@ def draw_plan_view(
     ahead, aside = 30.0 * size_mm * np.array([cosine, sine])
     arrow = {"arrowstyle": "->", "color": INK_COLOUR, "linewidth": 0.9}
     axes.annotate("", (x + ahead, y + aside), (x - ahead, y - aside), arrowprops=arrow)
-
-
-def _way_out(outline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle of an outline (corner, 2), and the direction to it from the origin."""
-    middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
-    return middle, middle / max(float(np.linalg.norm(middle)), 1.0)
-
-
-def _bands(outline: np.ndarray, away: np.ndarray, count: int) -> list[np.ndarray]:
-    """Parts of a convex outline (corner, 2), one after another in a direction and as long as each
-    other."""
-    along = outline @ away
-    cuts = np.linspace(along.min(), along.max(), count + 1)[1:-1]
-    parts = []
-    for cut in cuts:
-        parts.append(_beyond(outline, -away, -cut))
-        outline = _beyond(outline, away, cut)
-    return [*parts, outline]
-
-
-def _beyond(outline: np.ndarray, direction: np.ndarray, least: float) -> np.ndarray:
-    """What of a convex outline is at least so far in a direction (Sutherland and Hodgman 1974)."""
-    kept = []
-    for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        before, after = start @ direction - least, end @ direction - least
-        if before >= 0.0:
-            kept.append(start)
-        if before * after < 0.0:
-            kept.append(start + before / (before - after) * (end - start))
-    return np.array(kept).reshape(-1, 2)
 
 
 def framed_plan_view(axes: Axes, plan: Plan, number_size: float = 0.0) -> None:

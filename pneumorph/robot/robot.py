@@ -137,6 +137,7 @@ class Robot(ShownInNotebooks):
             PlacedPart(
                 mount.part, mount.part.skin, mount.pose,
                 tuple(regulator + 1 for regulator in mount.regulators), site,
+                mount.part.cavity_centres_mm,
             )
             for mount, site in zip(self.mounts, sites, strict=True)
         ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""How far learned robots go when their legs have fewer modes, as in a training.
+"""How far learned robots go when their legs have fewer modes and points, as in a training.
 
     python reproduce/learning_modes/run.py
     python reproduce/learning_modes/run.py --kept turning
@@ -12,7 +12,8 @@ two-chamber legs, which turn or walk aside. Some minutes on two processors.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,13 +25,14 @@ from pneumorph.base.layers import layered
 from pneumorph.base.result import finite
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.simulation.randomisation import World
 from pneumorph.study.certified_candidates import unseen_worlds
 from pneumorph.study.gait_source import find_gait
+from pneumorph.study.learning_robots import learning_robots
 from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.training_options import quick_training
 
 HERE = Path(__file__).parent
 _ROBOTS = HERE.parent / "robots"
@@ -70,6 +72,7 @@ KEPT = {
 def main(
     kept: Literal["crawling", "turning", "heading"] = "crawling",
     modes: tuple[int, ...] = (32, 24, 16),
+    tolerances: tuple[float, ...] = (0.0,),
     world_count: int = 24,
     work: Path = Path("runs/learning_modes"),
     out: Path = HERE,
@@ -80,19 +83,26 @@ def main(
         kept: Which gaits walk.
         modes: How many modes a leg keeps for each of its chambers; all of them walk as well, to
             compare with.
+        tolerances: With each number of modes, of points that stand for all (`--learning-tolerance`
+            of a training); 0 for all points.
         world_count: Worlds, besides the nominal one.
         work: Folder of the progress.
         out: Folder of what is written, a file of the gaits' name.
     """
     asked, folder = KEPT[kept], RunFolder(work, "learning_modes")
-    robot = layered(RobotOptions(), [{"described": asked.described}]).spec()
+    training = layered(quick_training(), [{"robot": {"described": asked.described}}])
+    robot, settings = training.robot.spec(), training.coopt
     sources = [find_gait(path, None, ExpertGait()) for path in asked.paths]
     worlds = [World.nominal(robot.physics), *unseen_worlds(measured_worlds(), world_count, 0)]
     found, took_s = {}, {}
-    for each in (0, *modes):  # all that there are, first
-        fewer = robot.with_fewer_modes(each)
-        count = fewer.modules[0].reduced.mode_count
-        folder.progress.stage(f"{count} modes")
+    points = {}
+    for each, tolerance in ((0, 0.0), *product(modes, tolerances)):  # all that there are, first
+        learning = replace(settings, learning_modes=each, learning_tolerance=tolerance)
+        fewer = learning_robots(robot, learning)
+        part = fewer.modules[0].reduced
+        count = f"{part.mode_count}" + (f", {tolerance:g}" if tolerance else "")
+        folder.progress.stage(f"{part.mode_count} modes and {len(part.tetrahedron_index)} points")
+        points[count] = len(part.tetrahedron_index)
         start = time.perf_counter()
         found[count], _ = walks_in_worlds(
             fewer,
@@ -107,7 +117,8 @@ def main(
     whole = next(iter(found))
     names = [f"{path.parent.name}/{path.name}" for path in asked.paths]
     told = {
-        str(count): {
+        count: {
+            "points": points[count],
             **compared(far, found[whole]),
             "time_share": took_s[count] / took_s[whole],
             "medians": dict(zip(names, np.nanmedian(far[1:], axis=0), strict=True)),

@@ -92,33 +92,6 @@ const pneumorphExplorer = (() => {
     remember();
   }
 
-  // What of a convex outline is at least so far in a direction.
-  function beyond(outline, direction, least) {
-    const far = ([x, y]) => x * direction[0] + y * direction[1] - least, kept = [];
-    outline.forEach((start, i) => {
-      const end = outline[(i + 1) % outline.length], before = far(start), after = far(end);
-      if (before >= 0) kept.push(start);
-      if (before * after < 0) {
-        const share = before / (before - after);
-        kept.push(start.map((value, axis) => value + share * (end[axis] - value)));
-      }
-    });
-    return kept;
-  }
-
-  // Parts of a leg, as long as each other, the first nearest to the hub.
-  function bands(outline, middle, count) {
-    const size = Math.max(Math.hypot(...middle), 1), away = middle.map((value) => value / size);
-    const along = outline.map(([x, y]) => x * away[0] + y * away[1]), parts = [];
-    const low = Math.min(...along), step = (Math.max(...along) - low) / count;
-    for (let i = 1; i < count; i++) {
-      const cut = low + i * step;
-      parts.push(beyond(outline, away.map((value) => -value), -cut));
-      outline = beyond(outline, away, cut);
-    }
-    return [...parts, outline];
-  }
-
   // The design from above, forward to the right: as plan_view.py draws it.
   function planView(entries, numbered) {
     const half = data.plan.half_width;
@@ -126,12 +99,13 @@ const pneumorphExplorer = (() => {
     const points = (outline) => outline.map(([x, y]) => `${x},${-y}`).join(" ");
     const legs = entries.map((entry, location) => {
       if (!entry) return "";
-      const outline = data.plan.legs[location][entry.kind];
+      const { outline, bands } = data.plan.legs[location][entry.kind];
       const [x, y] = [0, 1].map((axis) => {
         const values = outline.map((corner) => corner[axis]);
         return (Math.min(...values) + Math.max(...values)) / 2;
       });
-      const box = bands(outline, [x, y], entry.regulators.length).map((band, i) =>
+      const parts = entry.regulators.length === bands.length ? bands : [outline];
+      const box = parts.map((band, i) =>
         `<polygon points="${points(band)}" fill="${data.colours[entry.regulators[i]]}"/>`).join("");
       if (!numbered) return box;
       const { text } = entry, size = 22 * Math.min(1, 1.9 / text.length);

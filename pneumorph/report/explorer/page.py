@@ -89,27 +89,42 @@ def explorer_data(
 
 
 def _plan(space: DesignSpace, plan_of: PlanOf) -> dict[str, Any]:
-    """Outlines of the hub and of each module at each location, as lists of x and y [mm]."""
+    """Outlines of the hub, of each module at each location and of where its chambers are, as lists
+    of x and y [mm]."""
 
     def corners(outline: np.ndarray) -> list[list[float]]:
         listed: list[list[float]] = np.round(outline, 1).tolist()
         return listed
 
-    alone = [
-        {
-            kind: plan_of(Design.of(space.location_count, [Fitting(location, kind, (1,))]))
-            for kind in sorted(kinds)
-        }
-        for location, kinds in enumerate(space.kinds)
-    ]
+    alone = []
+    for fittings in space.fittings:
+        # Of each kind the one of the most regulators, which tells where each chamber is.
+        of_kind = {each.module: each for each in sorted(fittings, key=_regulators_and_kind)}
+        alone.append(
+            {
+                kind: plan_of(Design.of(space.location_count, [each]))
+                for kind, each in sorted(of_kind.items())
+            }
+        )
     every = [plan for of_kind in alone for plan in of_kind.values()]
     return {
         "hub": corners(every[0].hub_mm),
         "legs": [
-            {kind: corners(plan.legs_mm[0]) for kind, plan in of_kind.items()} for of_kind in alone
+            {
+                kind: {
+                    "outline": corners(plan.legs_mm[0]),
+                    "bands": [corners(band) for band in plan.bands_mm[0]],
+                }
+                for kind, plan in of_kind.items()
+            }
+            for of_kind in alone
         ],
         "half_width": round(max(1.03 * plan.half_width_mm for plan in every), 1),
     }
+
+
+def _regulators_and_kind(fitting: Fitting) -> tuple[int, int]:
+    return len(fitting.regulators), fitting.module
 
 
 def _numbers(values: np.ndarray, digits: int) -> list[float | None]:

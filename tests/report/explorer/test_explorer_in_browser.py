@@ -174,7 +174,7 @@ def test_a_space_without_scores_needs_no_player(tmp_path: Path, open_page: OpenP
 
 
 def test_a_leg_of_two_regulators_has_a_band_of_each(tmp_path: Path, open_page: OpenPage) -> None:
-    """As in plan views of pages: away from the hub, in the order of its name."""
+    """As in plan views of pages; where it is not known where chambers are, away from the hub."""
     space = DesignSpace(
         location_count=4,
         regulator_count=2,
