@@ -3,7 +3,7 @@ and a page that shows both.
 
 This is `pneumorph coopt --preset quick`, with the reduced leg of measured silicone that ships with
 the package. The page begins with how far the best robot goes in worlds that training never saw,
-beside the expert's. It takes five to six minutes on two idle cores, and needs no display. No finite
+beside the expert's. It takes about five minutes on two idle cores, and needs no display. No finite
 elements are simulated; use `pneumorph certify --full` for that.
 
 Example: pneumorph demo --seed 1 --out runs/demo

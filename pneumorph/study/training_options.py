@@ -110,10 +110,10 @@ class TrainingOptions(Checked):
         return laid_over(brought, {"coopt": {"task": task}, "baseline": {"gait": expert}})
 
 
-# Of legs of 40 modes a third of the work, and means over worlds of learned robots that change by
-# less than 6 % (reproduce/learning_modes). The published leg has 24.
+# Of legs of 40 modes a third of the work, and with a third of their points, which this tolerance
+# leaves, a fifth; means over worlds of learned robots change by less than 9 %
+# (reproduce/learning_modes). The published leg has 24.
 _LEARNING_MODES = 16
-# A third of the points that 40 modes need, and two thirds of the time of a step.
 _LEARNING_TOLERANCE = 0.006
 
 

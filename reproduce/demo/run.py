@@ -1,4 +1,4 @@
-"""What the demo finds: its training with several seeds, five to six idle minutes each on two cores.
+"""What the demo finds: its training with several seeds, five idle minutes each on two cores.
 
     python reproduce/demo/run.py
 
