@@ -5,6 +5,7 @@ from __future__ import annotations
 from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.physics.physics import Physics
+from pneumorph.robot.broken_rules import broken_rules
 from pneumorph.robot.design import Design
 
 
@@ -46,7 +47,7 @@ def forbidden_note(robot: RobotDescription, design: str) -> str | None:
     asked = Design.parse(design)
     if robot.space.holds(asked):
         return None
-    why = "see its counts of legs and regulators"
+    why = broken_rules(robot.space, asked)
     if (names := excluding_sites(robot, asked)) is not None:
         why = f"its exclusions allow one leg at most at {names}"
     try:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.robot.broken_rules import broken_rules
 from pneumorph.robot.design import MINIMUM_LEGS, Design
 from pneumorph.robot.design_space import DesignSpace
 
@@ -143,7 +144,7 @@ class DesignRules(Checked):
         if not space.holds(design):
             raise ValueError(
                 f"designs.usual is {self.usual}, expected a design that options, exclusions "
-                "and counts of [designs] allow"
+                f"and counts of [designs] allow; {broken_rules(space, design)}"
             )
 
 

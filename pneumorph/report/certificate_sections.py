@@ -133,7 +133,7 @@ def _band_table(found: Certificate) -> str:
     unit = found.goal.in_unit
     header = [
         "robot", "design", *map(unit, ("10th percentile", "median", "90th percentile")),
-        "further than the expert", *map(unit, ("promised", "optimism")), "weight on the hub",
+        "beyond the expert", *map(unit, ("promised", "optimism")), "weight on the hub",
         "worlds in which a leg left its snapshots' range",
     ]  # fmt: skip
     expert = found.expert

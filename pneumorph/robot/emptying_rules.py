@@ -8,7 +8,7 @@ from typing import Any
 
 from pneumorph.robot.design_choices import DesignChoices
 
-_MOST_NAMED = 6
+MOST_NAMED = 6
 """Rules that an error names."""
 
 
@@ -24,18 +24,18 @@ def emptying_rules(choices: DesignChoices) -> str:
     # Designs that a symmetry turns into each other are there or not together.
     alone = replace(choices, symmetries=(), mirror="none")
     single = []
-    for name, value, changes in _relaxed(alone):
+    for name, value, changes in relaxed_rules(alone):
         count = replace(alone, **changes).paths.count
         if count:
             left = f"{count} design{'s' if count > 1 else ''}"
             single.append(f"{name} = {value!r:.60} ({left} without it)")
     if not single:
         return "it takes more than one of them to leave none"
-    others = f" or {len(single) - _MOST_NAMED} more" if len(single) > _MOST_NAMED else ""
-    return f"what leaves none is {' or '.join(single[:_MOST_NAMED])}{others}"
+    others = f" or {len(single) - MOST_NAMED} more" if len(single) > MOST_NAMED else ""
+    return f"what leaves none is {' or '.join(single[:MOST_NAMED])}{others}"
 
 
-def _relaxed(choices: DesignChoices) -> Iterator[tuple[str, Any, dict[str, Any]]]:
+def relaxed_rules(choices: DesignChoices) -> Iterator[tuple[str, Any, dict[str, Any]]]:
     """Each rule that forbids something, what it is, and the settings that are without it."""
     if choices.minimum_legs > 0:
         yield "minimum_legs", choices.minimum_legs, {"minimum_legs": 0}

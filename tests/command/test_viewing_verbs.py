@@ -253,8 +253,10 @@ def test_designs_that_a_file_forbids_are_told(
     file = tmp_path / "robot.toml"
     file.write_text(text)
     assert run(["simulate", "--robot", str(file)]) == 1
+    refused = capsys.readouterr().err
     refusal = "designs.usual is b1.0.2.2.0.b1, expected a design that options, exclusions and"
-    assert refusal in capsys.readouterr().err
+    assert refusal in refused
+    assert "it breaks exclusions[0] = '0 5'" in refused
     file.write_text(text.replace('usual = "b1.0.2.2.0.b1"', 'usual = "b1.1.2.2.1.0"'))
     short = ["--expert.duration-s", "0.1", "--out", str(tmp_path / "run")]
     assert run(["simulate", "--robot", str(file), "--design", "b1.0.2.2.0.b1", *short]) == 0
