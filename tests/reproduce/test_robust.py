@@ -144,3 +144,15 @@ def test_the_tests_that_a_certificate_names_narrow_its_band(
     before = certificate.pairs[int(certificate.best.removeprefix("L")) - 1].band
     assert found.after.high - found.after.low < before.high - before.low
     assert found.rig_cm == 1.5
+
+
+def test_the_kept_summary_says_all_that_was_made() -> None:
+    """Of the best pair the nominal and its two worst worlds, the seeds, and the hidden worlds."""
+    kept = json.loads((HERE / "summary.json").read_text())
+    assert len(kept["full_order_cm"]) == len(kept["reduced_cm"]) == 3
+    assert len(kept["seeds"]) == 3
+    assert 0.0 < kept["band_coverage"] < 1.0
+    of_best = [walk for walk in kept["walks"] if walk["pair"] == "L1"]
+    assert [walk["full_cm"] for walk in of_best] == kept["full_order_cm"]
+    for walk in kept["walks"]:
+        assert walk["error_cm"] == pytest.approx(walk["reduced_cm"] - walk["full_cm"])
