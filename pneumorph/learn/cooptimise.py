@@ -287,9 +287,10 @@ def _train(
 
 def _said(training: Training) -> str:
     """How far a training is, for a person."""
-    restarts, best = training.settings.restarts, training.best.best_distance_cm
+    restarts, best = training.settings.restarts, training.best.best_achieved
     which = "" if restarts == 1 else f" {training.restart + 1} of {restarts}"
-    return f"training{which}" + ("" if best is None else f", best {best:.1f} cm")
+    said = "" if best is None else f", best {training.settings.task.goal.said(best)}"
+    return f"training{which}{said}"
 
 
 def _of_narrowing(training: Training) -> list[str]:

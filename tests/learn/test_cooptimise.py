@@ -3,11 +3,12 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers.toy_coopt import SPACE, TIME_STEP_S, make_simulator, toy_settings
+from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import result_from_dict
@@ -16,7 +17,7 @@ from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import learn_in_folder
+from pneumorph.learn.cooptimise import _said, learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.policy_file import load_policy
@@ -198,3 +199,12 @@ def test_other_physics_is_not_resumed(tmp_path: Path) -> None:
         match=r"\(stepper\.contact_sweeps 100, now 50; physics\.friction 1\.2, now 0\.5\)",
     ):
         run(tmp_path, resume=True, provenance={"simulation": now})
+
+
+def test_progress_tells_the_best_in_the_goals_unit() -> None:
+    """A robot that turns in place has gone nowhere."""
+    turning = replace(TASK, reward=replace(TASK.reward, goal="turn_left"))
+    settings = replace(toy_settings(4), task=turning)
+    best = SimpleNamespace(best_achieved=43.2, best_distance_cm=0.1)
+    training = SimpleNamespace(settings=settings, restart=0, best=best)
+    assert _said(training) == "training, best 43°"
