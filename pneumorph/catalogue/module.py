@@ -165,7 +165,8 @@ class Module:
             states: What it goes through, modal coordinates (state, mode).
             tolerance: Relative residual of its forces there.
         """
-        return replace(self, points=fewer_points(self.reduced, states, tolerance))
+        whole = replace(self, points=None)
+        return replace(whole, points=fewer_points(whole.reduced, states, tolerance))
 
     def check_reduction(self) -> None:
         """Refuse a reduced part that does not stand for the finite elements.

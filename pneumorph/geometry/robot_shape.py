@@ -105,10 +105,12 @@ class RobotShape:
             used, renumbered = np.unique(boundary, return_inverse=True)
             nodes, triangles = hub.nodes[used], renumbered.reshape(-1, 3).astype(np.int32)
         cavities = max((len(leg.regulators) for leg in legs), default=1)
-        centres = np.full((len(legs), cavities, 3), np.nan)
-        for own, leg in zip(centres, legs, strict=True):
-            if leg.cavity_centres_mm is not None:
-                own[: len(leg.cavity_centres_mm)] = leg.pose.apply(leg.cavity_centres_mm)
+        known = [np.zeros((0, 3)) if (own := leg.cavity_centres_mm) is None else leg.pose.apply(own)
+                 for leg in legs]  # fmt: skip
+        # One regulator may drive several cavities.
+        centres = np.full((len(legs), max(map(len, known), default=0), 3), np.nan)
+        for row, each in zip(centres, known, strict=True):
+            row[: len(each)] = each
         shape = cls(
             hub_nodes_mm=nodes,
             hub_triangles=triangles,
@@ -140,8 +142,8 @@ class RobotShape:
         if leg >= len(self.leg_cavity_mm):
             return None
         centres = self.leg_cavity_mm[leg]
-        known = centres[~np.isnan(centres).any(axis=1)]
-        return known if len(known) else None
+        own: np.ndarray = centres[~np.isnan(centres).any(axis=1)]
+        return own if len(own) else None
 
     def skin_of(self, leg: int) -> np.ndarray:
         """Which of a trajectory's skin triangles are a leg's, (triangle,) bool."""

@@ -70,7 +70,7 @@ def learn_in_folder(
         settings: All options; a resumed run must have those it began with.
         folder: The run folder.
         make_judged: Makes the environment that evaluations walk in, see `Training`; None for one
-            that is made alike, whatever `settings.learning_modes` says.
+            that is made alike, whatever `settings.learning_modes` and `learning_tolerance` say.
         demonstrations: Gaits that are known, see `Training`; they compete with what is learned. A
             resumed run is to have the same, which `provenance` may say.
         time_step_s: The simulator's time step [s].

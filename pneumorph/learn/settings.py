@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
@@ -107,10 +107,12 @@ class CooptSettings(Checked):
     training walk with all modes, and only a shortlist (--shortlist-count) is made with these. No
     effect where designs walk in one world each, whose gaits count as they are seen,
     nor on legs that do not know the range of their snapshots."""
-    learning_tolerance: NotNegative = 0.0
+    learning_tolerance: Annotated[float, Bounds(least=0.0, below=1.0)] = 0.0
     """Relative residual of forces at which legs have enough of their sampled points while robots
     learn; they are chosen when learning begins. 0 for all points that they have (the paper). Fewer
-    make a step cheaper still; as with --learning-modes, no gait counts for what it did then."""
+    make a step cheaper still; as with --learning-modes, no gait counts for what it did then, and
+    there is no effect where designs walk in one world each. Other reductions that worlds may have
+    keep their points."""
     checkpoint_interval_timesteps: Count = 50_000
     """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
     round."""
@@ -121,8 +123,8 @@ class CooptSettings(Checked):
     shortlist_count: CountOrNone = 0
     """Number of these that walk in all worlds of an evaluation, where designs walk in several:
     first all walk in a quarter of them, at least as many as each design has in a round, as robots
-    learn (--learning-modes), and those that do best go on, at least as many as are reported or
-    fine-tuned. 0: all go on."""
+    learn (--learning-modes, --learning-tolerance), and those that do best go on, at least as many
+    as are reported or fine-tuned. 0: all go on."""
     kept_pair_count: Count = 5
     """Number of best design-gait pairs to report; a design and its mirror image count as one."""
 

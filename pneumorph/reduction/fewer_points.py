@@ -6,9 +6,10 @@ modes that it has, the same search chooses non-negative factors c_p, most of the
 
     sum_p c_p f_p(beta_s) = sum_p f_p(beta_s)
 
-at states beta_s that it goes through. Its points stand for the mesh, and a few of them for its
-points: a hyperreduction of what was hyperreduced. Volumes of whole elements, sheets seen by fields
-of stress, chambers and masses are polynomials of the modes, and stay as they are.
+at states beta_s that it goes through, and with the stiffness at some of them. Its points stand for
+the mesh, and a few of them for its points: a hyperreduction of what was hyperreduced. Volumes of
+whole elements, sheets seen by fields of stress, chambers and masses are polynomials of the modes,
+and stay as they are.
 """
 
 from __future__ import annotations
@@ -22,11 +23,6 @@ from threadpoolctl import threadpool_limits
 from pneumorph.reduction.ecsw import EcswSettings, TrainingRows, fitted_columns
 from pneumorph.reduction.reduced_part import ReducedPart
 
-POINT_SHARE = "point_share"
-"""Name in a part's metadata of the share of its sampled points that it was left with."""
-# Factors are rounded, since what they are fitted with rounds otherwise on other machines.
-_DECIMALS = 6
-
 
 @dataclass(frozen=True, eq=False)
 class FewerPoints:
@@ -37,16 +33,25 @@ class FewerPoints:
     membrane_factor: np.ndarray
     """The same of a sheet's points, (triangle,)."""
     relative_residual: float
-    """Of scaled forces at the states, as `EcswResult` has it."""
+    """Of scaled forces and stiffnesses, as `EcswResult` has it."""
 
     @property
-    def share(self) -> float:
-        """Points that are left, over all."""
-        factors = np.concatenate([self.tetrahedron_factor, self.membrane_factor])
-        return float(np.mean(factors > 0.0)) if len(factors) else 1.0
+    def count(self) -> int:
+        """Points that are left."""
+        return int((self.tetrahedron_factor > 0.0).sum() + (self.membrane_factor > 0.0).sum())
 
     def of(self, part: ReducedPart) -> ReducedPart:
-        """The part with these points alone; whatever its scale."""
+        """The part with these points alone; whatever its scale.
+
+        Raises:
+            ValueError: It has another number of points than these were chosen of.
+        """
+        ours = len(self.tetrahedron_factor), len(self.membrane_factor)
+        if (theirs := (len(part.tetrahedron_index), len(part.membrane_index))) != ours:
+            raise ValueError(
+                f"points were chosen of {ours} tetrahedra's and membrane's, expected a part with "
+                f"as many, got {theirs}: another reduction, or one with fewer points already"
+            )
         arrays = {}
         for name, factor in (
             ("tetrahedron", self.tetrahedron_factor),
@@ -57,17 +62,21 @@ class FewerPoints:
                 arrays[f"{name}_{each}"] = getattr(part, f"{name}_{each}")[left]
             for each in ("weight", "measure"):
                 arrays[f"{name}_{each}"] = getattr(part, f"{name}_{each}")[left] * factor[left]
-        return replace(part, **arrays, metadata={**part.metadata, POINT_SHARE: self.share})
+        return replace(part, **arrays)
 
 
-def fewer_points(part: ReducedPart, states: np.ndarray, tolerance: float) -> FewerPoints:
+def fewer_points(part: ReducedPart, states: np.ndarray, tolerance: float) -> FewerPoints | None:
     """Choose points that stand for all.
 
     Args:
         part: The reduced part.
         states: What it goes through, modal coordinates (state, mode).
-        tolerance: Relative residual of scaled forces, as of
+        tolerance: Relative residual of scaled forces and stiffnesses, as of
             `EcswSettings.hyperreduction_tolerance`.
+
+    Returns:
+        None where no fewer are within the tolerance, and of a part that was not sampled by
+        `ecsw`, whose weights do not tell which points are each other's mirror image.
 
     Raises:
         ValueError: No state, or the tolerance is not positive.
@@ -76,9 +85,12 @@ def fewer_points(part: ReducedPart, states: np.ndarray, tolerance: float) -> Few
         raise ValueError("states must hold at least one state that the part goes through, got none")
     groups = part.tetrahedra, part.membrane
     weights = part.tetrahedron_weight, part.membrane_weight
+    columns = _columns(weights)
+    if columns is None:
+        return None
     training = TrainingRows(
         groups,
-        _columns(weights),
+        columns,
         "polar" if part.is_polar else "edge",
         part.linear_stiffness,
         (part.dilatation, part.sheet),
@@ -88,23 +100,25 @@ def fewer_points(part: ReducedPart, states: np.ndarray, tolerance: float) -> Few
     # Matrices of so few modes are faster without threads, and sums of one order.
     with threadpool_limits(1, user_api="blas"):
         solution = fitted_columns(training, states, settings)
-    factors = np.round(training.columns @ solution.weight, _DECIMALS)
+    if not solution.converged or np.all(solution.weight > 0.0):
+        return None
+    factors = training.columns @ solution.weight
     solid, sheet = np.split(factors, [len(weights[0])])
     return FewerPoints(solid, sheet, solution.relative_residual)
 
 
-def _columns(weights: tuple[np.ndarray, ...]) -> sparse.csr_matrix:
+def _columns(weights: tuple[np.ndarray, ...]) -> sparse.csr_matrix | None:
     """Adds up what points contribute that are to share a factor, (point, column): two points of the
-    same weight are each other's mirror image, which ECSW gave it to."""
-    owner: list[np.ndarray] = []
+    same weight are each other's mirror image, which ECSW gave it to. None where more than two have
+    the same."""
+    owners, column_count = [], 0
     for each in weights:
-        _, column, count = np.unique(each, return_inverse=True, return_counts=True)
-        alone = count[column] != 2
-        column[alone] = len(count) + np.arange(int(alone.sum()))
-        before = 0 if not owner else int(max(other.max(initial=-1) for other in owner)) + 1
-        owner.append(before + np.unique(column, return_inverse=True)[1])
-    columns = np.concatenate(owner)
+        different, owner, shared = np.unique(each, return_inverse=True, return_counts=True)
+        if shared.max(initial=0) > 2:
+            return None
+        owners.append(column_count + owner)
+        column_count += len(different)
+    column = np.concatenate(owners)
     return sparse.csr_matrix(
-        (np.ones(len(columns)), (np.arange(len(columns)), columns)),
-        shape=(len(columns), int(columns.max(initial=-1)) + 1),
+        (np.ones(len(column)), (np.arange(len(column)), column)), shape=(len(column), column_count)
     )

@@ -36,23 +36,22 @@ class Plan:
         legs_mm: Of each leg's, each (corner, 2).
         regulators: Of each leg's cavities, or one of all of them, from 1.
         entries: Of each leg in the name of the design: its kind and its regulators, such as ``b2``.
+        bands_mm: Of each leg the part of its outline for each of its cavities, each (corner, 2);
+            of a single one the outline.
     """
 
     hub_mm: np.ndarray
     legs_mm: tuple[np.ndarray, ...]
     regulators: tuple[tuple[int, ...], ...]
     entries: tuple[str, ...]
-    bands_mm: tuple[tuple[np.ndarray, ...], ...] = ()
-    """Of each leg the part of its outline where each of its cavities is, (corner, 2); empty where
-    there is one."""
+    bands_mm: tuple[tuple[np.ndarray, ...], ...]
 
     def coloured(self, leg: int) -> list[tuple[np.ndarray, int]]:
         """Parts of a leg's outline, and the regulator of each."""
-        bands = self.bands_mm[leg] if self.bands_mm else (self.legs_mm[leg],)
         own = self.regulators[leg]
         if len(own) == 1:
             return [(self.legs_mm[leg], own[0])]
-        return list(zip(bands, own, strict=True))
+        return list(zip(self.bands_mm[leg], own, strict=True))
 
     @property
     def half_width_mm(self) -> float:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-_LEAST_APART_MM = 2.0
-"""Chambers that lie less far apart, seen from above, are one above the other."""
+_LEAST_APART = 0.1
+"""Chambers that lie less far apart, relative to the outline's size in that direction, are one above
+the other."""
 
 
 def chamber_bands(
@@ -21,7 +22,7 @@ def chamber_bands(
         centres_mm: Middle of each chamber, (chamber, 2): parts lie along or across the outline, as
             these do, and in their order. None where that is not known: chambers come one after the
             other outwards, the first nearest to the origin, as they do where they lie one above the
-            other.
+            other, and where there are centres of another number of chambers.
 
     Returns:
         Corners of each chamber's part, in the chambers' order.
@@ -44,15 +45,15 @@ def _line(
 ) -> tuple[np.ndarray, Sequence[int]]:
     """Direction in which chambers follow each other, and their order in it; arguments as of
     `chamber_bands`."""
-    if centres_mm is not None:
+    if centres_mm is not None and len(centres_mm) == count:
         # Along the longest edge, or across it.
         edges = np.roll(outline, -1, axis=0) - outline
         lengths = np.linalg.norm(edges, axis=1)
         x, y = edges[np.argmax(lengths)] / lengths.max()
         axes = np.array([[x, y], [-y, x]])
-        spread = np.ptp(centres_mm @ axes.T, axis=0)
-        if spread.max() >= _LEAST_APART_MM:
-            direction = axes[np.argmax(spread / np.ptp(outline @ axes.T, axis=0))]
+        spread = np.ptp(centres_mm @ axes.T, axis=0) / np.ptp(outline @ axes.T, axis=0)
+        if spread.max() >= _LEAST_APART:
+            direction = axes[np.argmax(spread)]
             return direction, np.argsort(centres_mm @ direction, kind="stable").tolist()
     return way_out(outline)[1], range(count)
 

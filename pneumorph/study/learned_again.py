@@ -89,7 +89,6 @@ def learned_again(
         ValueError: The folder holds the same of other robots or designs.
     """
     settings, worlds = trained.settings, trained.worlds
-    learners = learning_robots(spec, settings)
     step_s = spec.physics.time_step_s
 
     def make() -> LearnedAgain:
@@ -97,6 +96,7 @@ def learned_again(
             factory = simulator_factory(robots, worlds, settings.seed)
             return crawling(robots.assembly, factory, settings)
 
+        learners = learning_robots(spec, settings, folder.progress)
         learning, judged = learning_and_judged(environments, spec, learners)
         training = Training(learning, settings, judged)
         space, task = settings.space, settings.task

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pneumorph.base.progress import Progress
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_simulator import RUNNING
@@ -27,23 +28,35 @@ _STATES = 160
 """Of each module, and least number to choose points on."""
 
 
-def learning_robots(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
+def learning_robots(
+    spec: RobotSpec, settings: CooptSettings, progress: Progress | None = None
+) -> RobotSpec:
     """The robots that learn: with fewer modes and points, where the settings say so and no gait
     counts for what it did while it was learned; the robots themselves elsewhere.
 
     Args:
         spec: The robots.
         settings: Of the training.
+        progress: Told which points they learn on.
     """
     learning = _with_fewer_modes(spec, settings)
     if not settings.objective.is_robust or settings.learning_tolerance == 0.0:
         return learning
+    if progress is not None:
+        progress.stage("choosing points that robots learn on")
     seen = {
         module: states[np.linspace(0, len(states) - 1, _STATES).astype(int)]
         for module, states in states_of_modules(learning, settings).items()
-        if len(states) >= _STATES
+        if len(states) >= _STATES  # robots are seldom made of others, or fail
     }
-    return learning.with_fewer_points(seen, settings.learning_tolerance) if seen else learning
+    fewer = learning.with_fewer_points(seen, settings.learning_tolerance)
+    if progress is not None:
+        for before, after in zip(learning.modules, fewer.modules, strict=True):
+            part = before.reduced
+            count = len(part.tetrahedron_index) + len(part.membrane_index)
+            left = "all" if after.points is None else after.points.count
+            progress.say(f"{before.name}: {left} of its {count} points")
+    return fewer if any(module.points for module in fewer.modules) else learning
 
 
 def states_of_modules(
@@ -61,11 +74,7 @@ def states_of_modules(
     """
     task, space, random = settings.task, settings.space, np.random.default_rng(seed)
     count = min(_ROBOTS_PER_MODULE * len(spec.modules), _MOST_ROBOTS)
-    if space.is_listed:
-        designs = [space[int(place)] for place in random.integers(len(space), size=count)]
-    else:
-        designs = space.some(count)
-    robots = [spec.assembly(design) for design in designs]
+    robots = [spec.assembly(space[int(index)]) for index in space.drawn(count, random)]
     simulator = spec.simulator(robots)
     levels = np.linspace(task.minimum_pressure_kPa, task.maximum_pressure_kPa, _LEVELS)
     shape = (count, task.regulator_count)
@@ -102,7 +111,7 @@ def learning_and_judged(
 
 def leg_digests(spec: RobotSpec, settings: CooptSettings) -> dict[str, str]:
     """What tells the legs of a training from others, of robots that learn too where they are other
-    ones. Which points were chosen is a matter of the settings, and of how a processor rounds.
+    ones, before points are chosen, which takes seconds.
 
     Args:
         spec: The robots.

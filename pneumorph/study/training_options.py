@@ -111,7 +111,7 @@ class TrainingOptions(Checked):
 
 
 # Of legs of 40 modes a third of the work, and with a third of their points, which this tolerance
-# leaves, a fifth; means over worlds of learned robots change by less than 9 %
+# leaves, less than a quarter; means over worlds of learned robots change by less than 9 %
 # (reproduce/learning_modes). The published leg has 24.
 _LEARNING_MODES = 16
 _LEARNING_TOLERANCE = 0.006

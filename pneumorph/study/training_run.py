@@ -104,7 +104,7 @@ def run_training(
             "robot's file or space.symmetries: only you know whether its step does"
         )
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
-    learning = learning_robots(spec, settings)
+    learning = learning_robots(spec, settings, folder.progress)
     make_environments, make_judged = learning_and_judged(
         lambda robots: environments_of(settings, robots, worlds, own_task), spec, learning
     )
@@ -125,6 +125,7 @@ def run_training(
     provenance = {
         "simulation": spec.settings,
         **leg_digests(spec, settings),
+        **({} if learning is spec else {"learning_points": learning.reduction_digest()}),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),

@@ -87,7 +87,7 @@ def test_a_robot_of_long_reach_is_in_the_picture_of_its_path(
     make_trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     leg = np.array([[0.0, -9.0], [-250.0, -9.0], [-250.0, 9.0], [0.0, 9.0]])
-    plan = Plan(np.zeros((0, 2)), (leg,), ((1,),), ("",))
+    plan = Plan(np.zeros((0, 2)), (leg,), ((1,),), ("",), ((leg,),))
     monkeypatch.setattr("pneumorph.report.walk_figures.plan_of_walk", lambda _: plan)
     (axes,) = path_figure({"far": make_trajectory()}).axes
     assert axes.get_xlim()[0] <= -25.0

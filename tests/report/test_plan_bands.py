@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.geometry.robot_shape import RobotShape
 from pneumorph.geometry.surface import enclosed_centre
 from pneumorph.report.explorer.page import _plan
 from pneumorph.report.plan import paper_plan, plan_of_walk, plans_of_spec
@@ -83,6 +84,40 @@ def test_a_design_and_its_walk_are_coloured_alike() -> None:
         assert middles(ours) == pytest.approx(middles(theirs), abs=6.0)
     drawn = _plan(description.space, plans_of_spec(spec))["legs"][1]
     assert all(len(each["bands"]) == 2 for each in drawn.values())
+
+
+def test_one_regulator_of_both_chambers_is_one_colour_in_both_models() -> None:
+    spec = RobotDescription.read(TWO_CHAMBERS).spec()
+    design = Design.parse("0.1.0.1.0.2.0.1")
+    full, _ = spec.full(design).shape
+    for shape in (full, spec.assembly(design).shape[0]):
+        for leg in range(4):
+            centres = shape.cavities_of(leg)
+            assert centres is not None
+            assert centres.shape == (2, 3)
+    assert full.leg_cavity_mm == pytest.approx(spec.assembly(design).shape[0].leg_cavity_mm)
+    plan = plans_of_spec(spec)(design)
+    for leg, outline in enumerate(plan.legs_mm):
+        ((band, _),) = plan.coloured(leg)
+        assert np.array_equal(band, outline)
+
+
+def test_recordings_of_before_say_nothing_of_chambers() -> None:
+    shape, _ = RobotDescription.read(TWO_CHAMBERS).spec().assembly("0.1+2.0.1.0.2.0.1").shape
+    arrays = {name: each for name, each in shape.arrays().items() if "leg_cavity" not in name}
+    before = RobotShape.taken_from(arrays)
+    assert before is not None
+    assert before.cavities_of(0) is None
+    now = RobotShape.taken_from(shape.arrays())
+    assert now is not None
+    assert np.array_equal(now.cavities_of(0), shape.cavities_of(0))
+
+
+def test_chambers_of_another_number_of_centres_follow_each_other_outwards() -> None:
+    known = np.array([[20.0, 3.0], [20.0, -3.0]])
+    assert middles(chamber_bands(RECTANGLE, 4, known))[:, 0] == pytest.approx(
+        [12.5, 17.5, 22.5, 27.5]
+    )
 
 
 def test_the_papers_legs_are_of_one_colour() -> None:

@@ -113,7 +113,9 @@ def _plan(space: DesignSpace, plan_of: PlanOf) -> dict[str, Any]:
             {
                 kind: {
                     "outline": corners(plan.legs_mm[0]),
-                    "bands": [corners(band) for band in plan.bands_mm[0]],
+                    "bands": [corners(band) for band in plan.bands_mm[0]]
+                    if len(plan.bands_mm[0]) > 1
+                    else [],
                 }
                 for kind, plan in of_kind.items()
             }
