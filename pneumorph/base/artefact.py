@@ -12,6 +12,7 @@ import lzma
 import math
 import os
 import tempfile
+import tokenize
 import zipfile
 import zlib
 from collections import Counter
@@ -26,10 +27,12 @@ UNITS = {"length": "mm", "mass": "kg", "time": "s", "force": "mN", "pressure": "
 
 
 # What zipfile and numpy raise for bytes that are no npz; a byte may turn into another compression
-# (NotImplementedError), a password (RuntimeError) or an array of objects (ValueError).
+# (NotImplementedError), a password (RuntimeError), an array of objects (ValueError) or a shape
+# without an end (TokenError).
 _UNREADABLE = (
     zipfile.BadZipFile, zlib.error, lzma.LZMAError, ValueError, LookupError, TypeError,
     AttributeError, ArithmeticError, EOFError, OSError, RuntimeError, SyntaxError, MemoryError,
+    tokenize.TokenError,
 )  # fmt: skip
 
 

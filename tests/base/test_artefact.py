@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 from pneumorph.base.artefact import (
     ArtefactError,
+    load_artefact,
     read_json,
     read_text,
     reading,
@@ -84,3 +86,14 @@ def test_what_goes_wrong_inside_a_file_is_told_with_its_name() -> None:
         trip(ValueError("some.npz is too large"))
     with pytest.raises(AssertionError):
         trip(AssertionError())
+
+
+def test_an_array_whose_shape_has_no_end_is_refused_with_the_files_name(tmp_path: Path) -> None:
+    """As one wrong byte may make it."""
+    path = save_artefact(tmp_path / "part.npz", "part", 1, {"nodes": np.zeros((2, 3))}, {})
+    damaged = tmp_path / "damaged.npz"
+    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(damaged, "w") as written:
+        for name in whole.namelist():
+            written.writestr(name, whole.read(name).replace(b"(2, 3)", b"(2, 3 "))
+    with pytest.raises(ArtefactError, match=r"damaged\.npz"):
+        load_artefact(damaged, "part", 1)
