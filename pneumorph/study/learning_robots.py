@@ -122,5 +122,16 @@ def leg_digests(spec: RobotSpec, settings: CooptSettings) -> dict[str, str]:
     return {"leg": spec.reduction_digest(), **fewer}
 
 
+def point_digest(learning: RobotSpec) -> dict[str, str]:
+    """What tells the points that robots learn on from others; nothing where they have all, as
+    trainings of before there were fewer.
+
+    Args:
+        learning: Those that learn.
+    """
+    chosen = any(module.points for module in learning.modules)
+    return {"learning_points": learning.reduction_digest()} if chosen else {}
+
+
 def _with_fewer_modes(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
     return spec.with_fewer_modes(settings.learning_modes if settings.objective.is_robust else 0)

@@ -43,6 +43,7 @@ from pneumorph.study.learning_robots import (
     learning_and_judged,
     learning_robots,
     leg_digests,
+    point_digest,
 )
 from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_reward, task_name
 from pneumorph.study.recorded_walk import recorded_walk
@@ -125,7 +126,7 @@ def run_training(
     provenance = {
         "simulation": spec.settings,
         **leg_digests(spec, settings),
-        **({} if learning is spec else {"learning_points": learning.reduction_digest()}),
+        **point_digest(learning),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),
