@@ -47,9 +47,10 @@ def forbidden_note(robot: RobotDescription, design: str) -> str | None:
     asked = Design.parse(design)
     if robot.space.holds(asked):
         return None
-    why = broken_rules(robot.space, asked)
     if (names := excluding_sites(robot, asked)) is not None:
         why = f"its exclusions allow one leg at most at {names}"
+    else:
+        why = broken_rules(robot.space, asked)
     try:
         robot.space.check(asked)
     except ValueError as error:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from pneumorph.robot.design_choices import DesignChoices
+
+Choices = TypeVar("Choices", bound=DesignChoices)
 
 MOST_NAMED = 6
 """Rules that an error names."""
@@ -21,21 +23,26 @@ def emptying_rules(choices: DesignChoices) -> str:
     Args:
         choices: The rules, which no design keeps to.
     """
-    # Designs that a symmetry turns into each other are there or not together.
-    alone = replace(choices, symmetries=(), mirror="none")
     single = []
-    for name, value, changes in relaxed_rules(alone):
-        count = replace(alone, **changes).paths.count
+    for rule, without in relaxed_rules(choices):
+        count = without.paths.count
         if count:
-            left = f"{count} design{'s' if count > 1 else ''}"
-            single.append(f"{name} = {value!r:.60} ({left} without it)")
+            single.append(f"{rule} ({count} design{'s' if count > 1 else ''} without it)")
     if not single:
         return "it takes more than one of them to leave none"
     others = f" or {len(single) - MOST_NAMED} more" if len(single) > MOST_NAMED else ""
     return f"what leaves none is {' or '.join(single[:MOST_NAMED])}{others}"
 
 
-def relaxed_rules(choices: DesignChoices) -> Iterator[tuple[str, Any, dict[str, Any]]]:
+def relaxed_rules(choices: Choices) -> Iterator[tuple[str, Choices]]:
+    """Each rule that forbids something, in words, and the choices without it."""
+    # Designs that a symmetry turns into each other are there or not together.
+    alone = replace(choices, symmetries=(), mirror="none")
+    for name, value, changes in _relaxed(alone):
+        yield f"{name} = {value!r:.60}", replace(alone, **changes)
+
+
+def _relaxed(choices: DesignChoices) -> Iterator[tuple[str, Any, dict[str, Any]]]:
     """Each rule that forbids something, what it is, and the settings that are without it."""
     if choices.minimum_legs > 0:
         yield "minimum_legs", choices.minimum_legs, {"minimum_legs": 0}
