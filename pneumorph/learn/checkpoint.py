@@ -38,6 +38,8 @@ class CheckpointMetadata:
         round_level: State of `RoundLevel`; None in checkpoints of earlier versions.
         restart: How many beginnings from nothing were before; 0 in those of earlier versions.
         restart_scores_cm: What the best pair of each that has ended scored [cm].
+        found: Index of each design that beginnings found, and what it scored [cm], where later
+            beginnings learn from that.
     """
 
     timestep: int
@@ -52,6 +54,7 @@ class CheckpointMetadata:
     round_level: dict[str, Any] | None = None
     restart: int = 0
     restart_scores_cm: tuple[float | None, ...] = ()
+    found: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
 from pneumorph.learn.policy_file import save_policy
+from pneumorph.learn.pooled_memory import forget_transitions, keep_transitions, recall_transitions
 from pneumorph.learn.restarts import BEST_RESTART, check_kept, go_on_with_best, keep_if_best
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training
@@ -157,6 +158,7 @@ def _begin(
         ]
     # Policies of a training whose checkpoints are gone are not this one's.
     shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
+    forget_transitions(folder)
     for name in (BEST_RESTART, SUMMARY_FILE):
         (folder / name).unlink(missing_ok=True)
     write_json(folder / SETTINGS_FILE, settings_to_dict(training.settings))
@@ -213,6 +215,7 @@ def _restore(
     """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
     checkpoint = load_checkpoint(folder)
     _refuse_changes(checkpoint, training.settings, folder, provenance)
+    recall_transitions(training, folder, checkpoint)
     training.take_over(checkpoint)
     check_kept(training, folder)
     remarks = list(checkpoint.metadata["remarks"])
@@ -264,6 +267,7 @@ def _train(
     while not training.is_finished:
         if training.is_restart_over:
             keep_if_best(training, folder, metadata())
+            keep_transitions(training, folder)
             training.begin_again()
         before = training.timestep
         metrics = training.run_round()
@@ -283,6 +287,7 @@ def _train(
         keep_if_best(training, folder, metadata())
         go_on_with_best(training, folder)
         save(folder, training.arrays(), metadata())
+    forget_transitions(folder)
 
 
 def _said(training: Training) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ class Learned:
 
     Attributes:
         state: Policy, values and their optimisers.
-        buffer: The newest transitions.
+        buffer: The newest transitions, and those of earlier beginnings that are learned from.
         distribution: Of the designs.
         scores: Turn the returns of a round into scores.
         rng: Draws designs, first actions and batches.
@@ -36,8 +36,9 @@ class Learned:
         state_size: int,
         twins: MirrorImage | None,
         seed: int,
+        earlier: Sequence[Mapping[str, np.ndarray]] = (),
     ) -> None:
-        """Know nothing: first weights, an empty buffer, a uniform distribution.
+        """Know nothing but what was seen earlier: first weights, a uniform distribution.
 
         Args:
             settings: Those of the training.
@@ -45,11 +46,16 @@ class Learned:
             state_size: Length of what the policy sees beside the design.
             twins: Images of designs that count for them; None for none.
             seed: Of weights and draws.
+            earlier: What the buffers of earlier beginnings held.
         """
         space = settings.space
         self.state = learner.initial_state(seed)
         self.buffer = ReplayBuffer(
-            settings.buffer_size, state_size, settings.task.regulator_count, space.features
+            settings.buffer_size,
+            state_size,
+            settings.task.regulator_count,
+            space.features,
+            earlier,
         )
         self.distribution: DesignDistribution | FactoredDistribution = (
             FactoredDistribution(

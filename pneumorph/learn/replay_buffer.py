@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import jax.numpy as jnp
 import numpy as np
@@ -24,8 +24,9 @@ class ReplayBuffer:
         state_size: int,
         action_size: int,
         design_features: Callable[[np.ndarray], np.ndarray],
+        earlier: Sequence[Mapping[str, np.ndarray]] = (),
     ) -> None:
-        """Make an empty buffer.
+        """Make a buffer without transitions of its own.
 
         Args:
             capacity: Transitions kept.
@@ -33,12 +34,13 @@ class ReplayBuffer:
             action_size: Numbers of an action.
             design_features: From indices of designs, (...), to what an observation says of each,
                 (..., feature) float32.
+            earlier: What other buffers' `arrays` gave: drawn as its own, but never replaced.
         """
         if capacity < 1:
             raise ValueError(f"capacity is {capacity}, expected at least 1")
         self.capacity = capacity
         self._features = design_features
-        self._arrays: dict[str, np.ndarray] = {
+        own: dict[str, np.ndarray] = {
             "state": np.zeros((capacity, state_size), np.float32),
             "design": np.zeros(capacity, np.int64),
             "action": np.zeros((capacity, action_size), np.float32),
@@ -46,10 +48,16 @@ class ReplayBuffer:
             "next_state": np.zeros((capacity, state_size), np.float32),
             "terminal": np.zeros(capacity, np.float32),
         }
+        self.earlier_count = sum(len(before["design"]) for before in earlier)
+        # Those of before come first: what can be drawn is always one stretch.
+        self._arrays = {
+            name: np.concatenate([*(before[name] for before in earlier), values])
+            for name, values in own.items()
+        }
         self.added_count = 0
 
     def __len__(self) -> int:
-        """Number of transitions held."""
+        """Number of its own transitions."""
         return min(self.added_count, self.capacity)
 
     def add(
@@ -72,7 +80,7 @@ class ReplayBuffer:
                 f"reward holds {reward[~np.isfinite(reward)][0]}, expected finite ones"
             )
         count = len(design)
-        places = (self.added_count + np.arange(count)) % self.capacity
+        places = self.earlier_count + (self.added_count + np.arange(count)) % self.capacity
         for name, values in zip(
             FIELDS, (state, design, action, reward, next_state, terminal), strict=True
         ):
@@ -81,9 +89,10 @@ class ReplayBuffer:
 
     def sample(self, update_count: int, batch_size: int, rng: np.random.Generator) -> Batch:
         """Draw batches uniformly with replacement, fields of shape (update, batch, ...)."""
-        if not len(self):
+        known = self.earlier_count + len(self)
+        if not known:
             raise ValueError("the replay buffer is empty, expected transitions to draw from")
-        places = rng.integers(len(self), size=(update_count, batch_size))
+        places = rng.integers(known, size=(update_count, batch_size))
         drawn = {name: values[places] for name, values in self._arrays.items()}
         features = self._features(drawn["design"])
         return Batch(
@@ -95,12 +104,13 @@ class ReplayBuffer:
         )
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Everything held, for a checkpoint."""
-        held = {name: values[: len(self)] for name, values in self._arrays.items()}
+        """Everything held but what is earlier, for a checkpoint."""
+        own = slice(self.earlier_count, self.earlier_count + len(self))
+        held = {name: values[own] for name, values in self._arrays.items()}
         return {**held, "added_count": np.array(self.added_count)}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `arrays` gave; later draws are the same as without the detour."""
         self.added_count = int(arrays["added_count"])
         for name in FIELDS:
-            self._arrays[name][: len(self)] = arrays[name]
+            self._arrays[name][self.earlier_count :][: len(self)] = arrays[name]

@@ -61,6 +61,10 @@ class CooptSettings(Checked):
     training finds depends on the gaits that it comes upon first; of several beginnings the one
     whose policy has the best pair at its end is kept and fine-tuned, and the best pairs of all are
     reported. All other timesteps of these settings count from each beginning."""
+    pooled_restarts: CountOrNone = 0
+    """How many of these beginnings, the last ones, learn from what all before them saw as well (not
+    in the paper; never the first): with new weights, but from the transitions of all, and knowing
+    what their best designs scored. So they come upon the robots of all, and go on from there."""
     space: DesignSpace = field(default_factory=DesignSpace)
     """Designs to choose from."""
     task: CrawlingTask = field(default_factory=CrawlingTask)
@@ -196,6 +200,12 @@ class CooptSettings(Checked):
         return self.updates * (self.environment_count if self.update_every == "timestep" else 1)
 
     @property
+    def first_updates(self) -> int:
+        """How often a beginning that has something to learn from learns before its robots walk, as
+        after an action of all: a quarter as often as while they do."""
+        return self.round_count * self.task.action_count // 4
+
+    @property
     def timesteps_per_round(self) -> int:
         """Actions of all robots in one episode each."""
         return self.environment_count * self.task.action_count
@@ -256,12 +266,14 @@ def restarting_settings(seed: int = 0) -> CooptSettings:
     """Twelve short beginnings, the best of which is fine-tuned: an hour.
 
     In the measured physics one long training ends with the gaits that it came upon first
-    (`reproduce/long_trainings`), so the time is spent on many as short as the demo's.
+    (`reproduce/long_trainings`), so the time is spent on many as short as the demo's. The last four
+    learn from what all before them saw and better the best of it (`reproduce/restarts`).
     """
     quick = quick_settings(seed)
     return replace(
         quick,
         restarts=12,
+        pooled_restarts=4,
         finetuning=FinetuningSettings(finalist_count=5, timesteps=7_680),
         shortlist_count=6,
         kept_pair_count=5,

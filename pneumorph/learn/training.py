@@ -88,10 +88,12 @@ class Training:
         # What a design gets is what its image gets: not so where it turns to a side.
         self._twins = self._mirror if settings.mirrored_scores else None
         self.restart = 0
+        self.timestep = 0
+        self._seen: list[dict[str, np.ndarray]] = []
+        self._found: dict[int, float] = {}
         self.learned = self._nothing()
         self.restart_scores_cm: list[float | None] = []
         """Score of the best pair at the end of each beginning; None where none came to its end."""
-        self.timestep = 0
         self.update_count = 0
         self.failure_count = 0
         self.clock = StageClock()
@@ -104,7 +106,35 @@ class Training:
     def _nothing(self) -> Learned:
         """What is known where the present beginning begins."""
         seed = restart_seed(self.settings.seed, self.restart)
-        return Learned(self.settings, self.learner, self._state_size, self._twins, seed)
+        pooled = self.restart >= max(self.settings.restarts - self.settings.pooled_restarts, 1)
+        # What follows the training, fine-tuning, learns from what its own beginning saw.
+        earlier = self._seen if pooled and not self.is_finished else ()
+        return Learned(self.settings, self.learner, self._state_size, self._twins, seed, earlier)
+
+    @property
+    def pooling_follows(self) -> bool:
+        """Whether a beginning after the present one learns from what this one sees."""
+        return self.restart < self.settings.restarts - 1 and self.settings.pooled_restarts > 0
+
+    def note_scores(self, evaluated: Sequence[DesignGaitPair]) -> None:
+        """Let later beginnings that learn from those before them know what designs scored.
+
+        Args:
+            evaluated: Pairs of the evaluation at the end of a beginning.
+        """
+        for pair in evaluated:
+            design = pair.design
+            if self._twins is not None:  # one of a design and the image that it counts for
+                design = min(design, int(self._twins.designs(np.array([design]))[0]))
+            self._found[design] = max(pair.score_cm, self._found.get(design, -np.inf))
+
+    def remember(self, transitions: Mapping[str, np.ndarray]) -> None:
+        """Let later beginnings that learn from those before them have transitions too.
+
+        Args:
+            transitions: What `ReplayBuffer.arrays` gave at the end of a beginning.
+        """
+        self._seen.append({name: np.array(values) for name, values in transitions.items()})
 
     @property
     def _worlds_number(self) -> int:
@@ -116,9 +146,24 @@ class Training:
         return self.timestep
 
     def begin_again(self) -> None:
-        """Forget what was learned, but not the best pairs."""
+        """Forget what was learned, but not the best pairs; and what was seen only if no beginning
+        learns from that. One that does learns before its robots walk."""
+        if self.pooling_follows:
+            self.remember(self.learned.buffer.arrays())
         self.restart += 1
         self.learned = self._nothing()
+        if self.learned.buffer.earlier_count:
+            self._begin_with_what_is_known()
+
+    def _begin_with_what_is_known(self) -> None:
+        for _ in range(self.settings.first_updates):
+            self._learn(self.settings.updates_per_vector_step)
+        if not self._found:
+            return
+        designs, scores = np.array([*self._found]), np.array([*self._found.values()])
+        images = None if self._twins is None else self._twins.designs(designs)
+        none_failed = np.zeros(len(designs), dtype=bool)
+        self.learned.distribution.take_round(designs, scores, none_failed, images)
 
     def go_on_as(self, checkpoint: Checkpoint) -> None:
         """Take over what was learned by the end of another beginning; all else stays.
@@ -126,6 +171,7 @@ class Training:
         Raises:
             ArtefactError: The checkpoint is damaged, or of a training with other settings.
         """
+        self.learned = self._nothing()
         with reading(checkpoint.path, KIND):
             self.learned.restore(checkpoint.arrays, checkpoint.metadata)
 
@@ -228,7 +274,7 @@ class Training:
 
     def _actions(self, observation: np.ndarray) -> np.ndarray:
         """Actions from the policy, or uniform ones until learning starts."""
-        if self.learned_timesteps < self.settings.learning_start_timestep:
+        if self._is_warming_up:
             shape = (len(observation), self.settings.task.regulator_count)
             return self.learned.rng.uniform(-1.0, 1.0, shape).astype(np.float32)
         self.learned.state, action = self.learner.sample_actions(self.learned.state, observation)
@@ -241,8 +287,14 @@ class Training:
             image = seen.image(self._mirror, told.mirrored_reward_cm)
             self.learned.buffer.add(**vars(image))
 
+    @property
+    def _is_warming_up(self) -> bool:
+        """Whether the policy knows too little to be followed, or to learn from."""
+        early = self.learned_timesteps < self.settings.learning_start_timestep
+        return early and not self.learned.buffer.earlier_count
+
     def _updates(self, count: int) -> dict[str, jax.Array]:
-        if count == 0 or self.learned_timesteps < self.settings.learning_start_timestep:
+        if count == 0 or self._is_warming_up:
             return {}
         learned = self.learned
         batches = learned.buffer.sample(count, self.settings.sac.batch_size, learned.rng)
@@ -425,6 +477,7 @@ class Training:
             "timestep": self.timestep,
             "restart": self.restart,
             "restart_scores_cm": list(self.restart_scores_cm),
+            **({"found": [*self._found.items()]} if self._found else {}),
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
@@ -447,11 +500,13 @@ class Training:
             ArtefactError: The networks of the checkpoint have other shapes.
             KeyError, TypeError, ValueError: Something is missing or of another type.
         """
+        self.timestep = int(metadata["timestep"])
+        # Not in checkpoints of an earlier version, as the scores.
+        self.restart = int(metadata.get("restart", 0))
+        self._found = {int(design): float(score) for design, score in metadata.get("found", [])}
+        self.learned = self._nothing()
         self.learned.restore(arrays, metadata)
         self.best.restore(below(arrays, "best/"))
-        self.timestep = int(metadata["timestep"])
-        # Neither is in checkpoints of an earlier version.
-        self.restart = int(metadata.get("restart", 0))
         self.restart_scores_cm = list(metadata.get("restart_scores_cm", []))
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])

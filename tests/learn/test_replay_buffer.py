@@ -80,3 +80,21 @@ def test_bad_calls_are_refused() -> None:
         )
     with pytest.raises(ValueError, match="capacity is 0"):
         ReplayBuffer(0, 2, 1, FEATURES.__getitem__)
+
+
+def test_earlier_transitions_are_drawn_alike_and_never_replaced() -> None:
+    earlier = [filled(100, 4).arrays(), filled(100, 6).arrays()]
+    buffer = ReplayBuffer(7, 2, 1, FEATURES.__getitem__, earlier)
+    assert (buffer.earlier_count, len(buffer)) == (10, 0)
+    drawn = np.asarray(buffer.sample(1, 2000, np.random.default_rng(0)).reward).ravel()
+    counts = np.bincount(drawn.astype(int), minlength=6)
+    # 0 to 3 are there twice; five standard deviations of so many draws.
+    shares = np.array([2, 2, 2, 2, 1, 1]) / 10
+    assert np.abs(counts / 2000 - shares).max() < 5 * np.sqrt(0.2 * 0.8 / 2000)
+    for source in (24, 30):
+        own = filled(7, source)
+        buffer.restore(own.arrays())
+        drawn = np.asarray(buffer.sample(1, 2000, np.random.default_rng(1)).reward).ravel()
+        assert set(drawn) == {*range(6), *range(source - 7, source)}
+        for name, values in own.arrays().items():
+            np.testing.assert_array_equal(buffer.arrays()[name], values)

@@ -1,0 +1,66 @@
+"""What all beginnings of a training saw, kept for the last of them to learn from.
+
+Networks that learn anything early hardly leave it (Nikishin et al., *The Primacy Bias in Deep
+Reinforcement Learning*, 2022, who draw new weights now and then and keep the replay buffer). So
+does a training: what it finds is a matter of the gaits that it comes upon first. One that begins
+with new weights and with what several others saw comes upon the gaits of them all.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
+from pneumorph.learn.checkpoint import Checkpoint
+from pneumorph.learn.training import Training
+
+_KIND = "CooptTransitions"
+_VERSION = 1
+
+
+def keep_transitions(training: Training, folder: Path) -> None:
+    """Keep what the present beginning saw, if a later one is to learn from it.
+
+    Args:
+        training: At the last round of one of its beginnings.
+        folder: Receives ``transitions.N.npz``.
+    """
+    if training.pooling_follows:
+        arrays = training.learned.buffer.arrays()
+        save_artefact(_file(folder, training.restart), _KIND, _VERSION, arrays, {})
+
+
+def recall_transitions(training: Training, folder: Path, checkpoint: Checkpoint) -> None:
+    """Give a training what its beginnings before a checkpoint saw, if one is to learn from that.
+
+    Args:
+        training: That will go on from the checkpoint.
+        folder: Where `keep_transitions` kept it.
+        checkpoint: The checkpoint.
+
+    Raises:
+        ArtefactError: Some of it is missing or damaged.
+    """
+    settings, metadata = training.settings, checkpoint.metadata
+    if not settings.pooled_restarts or metadata["timestep"] >= settings.training_timesteps:
+        return
+    for restart in range(metadata["restart"]):
+        file = _file(folder, restart)
+        if not file.exists():
+            raise ArtefactError(
+                f"{file} is missing, expected what beginning {restart + 1} of the training saw: "
+                "later ones learn from it; copy the whole folder of a training"
+            )
+        arrays, _ = load_artefact(file, _KIND, _VERSION)
+        with reading(file, _KIND):
+            training.remember(arrays)
+
+
+def forget_transitions(folder: Path) -> None:
+    """Remove what was kept: no beginning is left to learn from it."""
+    for file in folder.glob(_file(Path(), "*").name):
+        file.unlink()
+
+
+def _file(folder: Path, restart: int | str) -> Path:
+    return folder / f"transitions.{restart}.npz"

@@ -1,0 +1,172 @@
+"""The last beginnings of a training learn from what all before them saw and found."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.toy_coopt import make_simulator, toy_settings
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.environment.viscous_crawler import viscous_crawler_robot
+from pneumorph.learn.checkpoint import load_checkpoint
+from pneumorph.learn.coopt_result import CooptResult
+from pneumorph.learn.cooptimise import learn_in_folder
+from pneumorph.learn.environments import crawling
+from pneumorph.learn.metrics import read_metrics
+from pneumorph.learn.settings import CooptSettings, FinetuningSettings
+from pneumorph.learn.training import STAGES, Training, restart_seed
+
+ONE = toy_settings(round_count=4, seed=1, environment_count=4)
+APART = replace(
+    ONE,
+    restarts=4,
+    finetuning=FinetuningSettings(finalist_count=2, timesteps=1, updates_per_vector_step=1),
+)
+POOLED = replace(APART, pooled_restarts=2)
+ROUNDS = 16
+TIMES = {*(f"{stage}_s" for stage in STAGES), "wall_s", "finetuning_wall_s", "remarks"}
+
+
+class Killed(Exception):
+    """Stands for the end of the process."""
+
+
+def run(
+    folder: Path,
+    settings: CooptSettings = POOLED,
+    kill_after_round: int | None = None,
+    **options: Any,
+) -> CooptResult:
+    def progress(done: int, total: int, message: str) -> None:
+        if kill_after_round is not None and done >= kill_after_round * ONE.timesteps_per_round:
+            raise Killed
+
+    factory = crawling(viscous_crawler_robot, make_simulator, settings)
+    return learn_in_folder(factory, settings, folder, progress=progress, **options)
+
+
+def timeless(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if name not in TIMES}
+
+
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CooptResult]:
+    folder = tmp_path_factory.mktemp("pooled")
+    return folder, run(folder)
+
+
+def test_the_first_beginnings_are_as_without(
+    straight: tuple[Path, CooptResult], tmp_path: Path
+) -> None:
+    run(tmp_path, APART)
+    apart, pooled = (list(map(timeless, read_metrics(each))) for each in (tmp_path, straight[0]))
+    assert len(pooled) == ROUNDS
+    assert pooled[:8] == apart[:8]
+    for ours, theirs in zip(pooled[8:], apart[8:], strict=True):
+        assert ours["return_mean_cm"] != theirs["return_mean_cm"]
+
+
+def finished(restart: int, settings: CooptSettings = POOLED) -> Training:
+    """A training after so many of its beginnings, their evaluations noted."""
+    training = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
+    for number in range(restart + 1):
+        while not training.is_restart_over:
+            training.run_round()
+        training.note_scores(training.evaluate())
+        if number < restart:
+            training.begin_again()
+    return training
+
+
+def test_a_pooled_beginning_has_new_weights_and_learns_from_all_that_was_seen() -> None:
+    training = finished(1)
+    before = training.learned.buffer
+    own = [training._seen[0], before.arrays()]
+    updates = training.update_count
+    training.begin_again()
+    learned = training.learned
+    # Each transition and its image.
+    seen = 2 * 4 * ONE.timesteps_per_round
+    assert learned.buffer.earlier_count == 2 * seen
+    assert len(learned.buffer) == 0
+    for place, arrays in enumerate(own):
+        held = learned.buffer._arrays["reward"][place * seen : (place + 1) * seen]
+        np.testing.assert_array_equal(held, arrays["reward"])
+    assert training.update_count - updates == POOLED.first_updates * POOLED.updates == 16 * 4
+
+
+def test_a_pooled_beginning_begins_with_weights_of_its_own() -> None:
+    settings = replace(POOLED, updates=0)
+    training = finished(1, settings)
+    training.begin_again()
+    fresh = training.learner.initial_state(restart_seed(settings.seed, 2)).arrays()
+    for name, value in training.learned.state.arrays().items():
+        np.testing.assert_array_equal(value, fresh[name], err_msg=name)
+
+
+def test_a_pooled_beginning_knows_what_the_best_designs_scored() -> None:
+    training = finished(1)
+    found = dict(training._found)
+    training.begin_again()
+    distribution = training.learned.distribution
+    np.testing.assert_allclose(distribution.entropy, np.log(len(ONE.space)))  # chosen later
+    twins = training._twins
+    assert twins is not None
+    images = twins.designs(np.array([*found]))
+    for design, image in zip(found, images, strict=True):
+        assert distribution.scores[design] == distribution.scores[image] == found[design]
+    untold = np.setdiff1d(np.arange(len(ONE.space)), [*found, *images])
+    assert not distribution.walked[untold].any()
+
+
+def test_what_a_design_scored_is_its_best_evaluation() -> None:
+    training = finished(0)
+    pair = max(training.evaluate(), key=lambda each: each.score_cm)
+    for score in (pair.score_cm - 5.0, pair.score_cm - 1.0):
+        training.note_scores([replace(pair, score_cm=score)])
+    assert max(training._found.values()) == pair.score_cm
+
+
+@pytest.mark.parametrize("kill_after_round", [3, 8, 9, 12, 14, 16])
+def test_killed_and_resumed_equals_not_stopping(
+    tmp_path: Path, straight: tuple[Path, CooptResult], kill_after_round: int
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=kill_after_round)
+    summary = run(tmp_path, resume=True)
+    assert timeless(vars(summary)) == timeless(vars(straight[1]))
+    ours, theirs = load_checkpoint(tmp_path), load_checkpoint(straight[0])
+    assert ours.arrays.keys() == theirs.arrays.keys()
+    for name, value in theirs.arrays.items():
+        np.testing.assert_array_equal(ours.arrays[name], value, err_msg=name)
+    mine, expected = (list(map(timeless, read_metrics(each))) for each in (tmp_path, straight[0]))
+    assert mine == expected
+
+
+def test_what_was_seen_is_kept_while_it_is_needed(
+    tmp_path: Path, straight: tuple[Path, CooptResult]
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=9)
+    kept = sorted(file.name for file in tmp_path.glob("transitions*"))
+    assert kept == ["transitions.0.npz", "transitions.1.npz"]
+    assert not list(straight[0].glob("transitions*"))
+    (tmp_path / kept[1]).unlink()
+    with pytest.raises(ArtefactError, match=r"transitions\.1\.npz is missing.*beginning 2 of"):
+        run(tmp_path, resume=True)
+
+
+def test_without_pooling_nothing_is_kept(tmp_path: Path) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, APART, kill_after_round=9)
+    assert not list(tmp_path.glob("transitions*"))
+
+
+def test_the_only_beginning_is_never_pooled(tmp_path: Path) -> None:
+    alone = replace(ONE, pooled_restarts=3)
+    run(tmp_path / "one", alone)
+    run(tmp_path / "usual", ONE)
+    ours, theirs = (list(map(timeless, read_metrics(tmp_path / each))) for each in ("one", "usual"))
+    assert ours == theirs
