@@ -202,6 +202,19 @@ class DesignDistribution:
             self.scores[design] = value
             self.walked[design] = True
 
+    def know(self, designs: np.ndarray, scores: np.ndarray, images: np.ndarray | None) -> None:
+        """Begin with scores that are known of designs.
+
+        Args:
+            designs: Indices of the designs, (n,).
+            scores: Their scores [cm], (n,).
+            images: Indices of the mirror images that the scores count for as well, (n,).
+
+        Raises:
+            ValueError: A score is not finite.
+        """
+        self.take_round(designs, scores, np.zeros(len(designs), dtype=bool), images)
+
     def take_round(
         self,
         designs: np.ndarray,

@@ -106,6 +106,22 @@ class FactoredDistribution:
             drawn = np.where(rng.random(count) < 0.5, self._space.images(drawn)[0], drawn)
         return drawn
 
+    def know(self, designs: np.ndarray, scores: np.ndarray, images: np.ndarray | None) -> None:
+        """Begin with scores that are known of designs: they are candidates. Weights follow from
+        designs that are drawn, good and bad ones, and these are all good ones.
+
+        Args:
+            designs: Indices of the designs, (n,).
+            scores: Their scores [cm], (n,).
+            images: Indices of their mirror images; one of both is a candidate.
+
+        Raises:
+            ValueError: A score is not finite.
+        """
+        require_finite(scores, "scores")
+        for design, score in zip(designs, scores, strict=True):
+            self.seen[int(design)] = (float(score), False)
+
     def take_round(
         self,
         designs: np.ndarray,

@@ -23,11 +23,12 @@ def keep_transitions(training: Training, folder: Path) -> None:
 
     Args:
         training: At the last round of one of its beginnings.
-        folder: Receives ``transitions.N.npz``.
+        folder: Receives ``transitions.N.npz``, N from 1.
     """
     if training.pooling_follows:
         arrays = training.learned.buffer.arrays()
-        save_artefact(_file(folder, training.restart), _KIND, _VERSION, arrays, {})
+        number = training.restart + 1
+        save_artefact(_file(folder, number), _KIND, _VERSION, arrays, _told(training, number))
 
 
 def recall_transitions(training: Training, folder: Path, checkpoint: Checkpoint) -> None:
@@ -44,15 +45,18 @@ def recall_transitions(training: Training, folder: Path, checkpoint: Checkpoint)
     settings, metadata = training.settings, checkpoint.metadata
     if not settings.pooled_restarts or metadata["timestep"] >= settings.training_timesteps:
         return
-    for restart in range(metadata["restart"]):
-        file = _file(folder, restart)
+    for number in range(1, metadata.get("restart", 0) + 1):
+        file = _file(folder, number)
         if not file.exists():
             raise ArtefactError(
-                f"{file} is missing, expected what beginning {restart + 1} of the training saw: "
+                f"{file} is missing, expected what beginning {number} of the training saw: "
                 "later ones learn from it; copy the whole folder of a training"
             )
-        arrays, _ = load_artefact(file, _KIND, _VERSION)
+        arrays, told = load_artefact(file, _KIND, _VERSION)
         with reading(file, _KIND):
+            for name, expected in _told(training, number).items():
+                if told[name] != expected:
+                    raise ValueError(f"{name} is {told[name]!r:.40}, expected {expected}")
             training.remember(arrays)
 
 
@@ -62,5 +66,10 @@ def forget_transitions(folder: Path) -> None:
         file.unlink()
 
 
-def _file(folder: Path, restart: int | str) -> Path:
-    return folder / f"transitions.{restart}.npz"
+def _told(training: Training, number: int) -> dict[str, int]:
+    """What tells the transitions of a beginning from those of others."""
+    return {"beginning": number, "seed": training.settings.seed}
+
+
+def _file(folder: Path, number: int | str) -> Path:
+    return folder / f"transitions.{number}.npz"

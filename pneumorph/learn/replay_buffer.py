@@ -60,6 +60,25 @@ class ReplayBuffer:
         """Number of its own transitions."""
         return min(self.added_count, self.capacity)
 
+    def check(self, transitions: Mapping[str, np.ndarray]) -> None:
+        """Refuse what no buffer like this one held.
+
+        Args:
+            transitions: What another's `arrays` gave.
+
+        Raises:
+            KeyError: A field is missing.
+            ValueError: One is of another shape.
+        """
+        count = len(transitions["design"])
+        for name in FIELDS:
+            expected = (count, *self._arrays[name].shape[1:])
+            if transitions[name].shape != expected:
+                raise ValueError(
+                    f"{name} has shape {transitions[name].shape}, expected {expected}; the "
+                    "transitions are of other robots"
+                )
+
     def add(
         self,
         *,

@@ -21,7 +21,8 @@ BEST_RESTART = "checkpoint.best_restart.npz"
 
 def keep_if_best(training: Training, folder: Path, metadata: Mapping[str, Any]) -> None:
     """At the end of a beginning, evaluate its policy, and keep what was learned if its best pair
-    scores higher than those of the beginnings before; the pairs compete in any case.
+    scores higher than those of the beginnings before; the pairs compete in any case, and later
+    beginnings that learn from this one know what they scored.
 
     Args:
         training: At the last round of one of its beginnings.

@@ -63,8 +63,10 @@ class CooptSettings(Checked):
     reported. All other timesteps of these settings count from each beginning."""
     pooled_restarts: CountOrNone = 0
     """How many of these beginnings, the last ones, learn from what all before them saw as well (not
-    in the paper; never the first): with new weights, but from the transitions of all, and knowing
-    what their best designs scored. So they come upon the robots of all, and go on from there."""
+    in the paper; never the first): with new weights, but from the transitions of all, which they
+    learn from before their robots walk, too, and knowing what their best designs scored. So they
+    come upon the robots of all, and go on from there. Of a factored distribution the best designs
+    are only candidates in the evaluation."""
     space: DesignSpace = field(default_factory=DesignSpace)
     """Designs to choose from."""
     task: CrawlingTask = field(default_factory=CrawlingTask)
@@ -84,7 +86,8 @@ class CooptSettings(Checked):
     objective: Objective = field(default_factory=Objective)
     """How distances in several worlds become one score."""
     buffer_size: Count = 100_000
-    """Transitions kept for learning (paper, appendix A)."""
+    """Transitions kept for learning (paper, appendix A); those of earlier beginnings that
+    --pooled-restarts learns from come on top."""
     learning_start_timestep: Count = 10_000
     """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
     updates: CountOrNone = 1
@@ -200,9 +203,10 @@ class CooptSettings(Checked):
         return self.updates * (self.environment_count if self.update_every == "timestep" else 1)
 
     @property
-    def first_updates(self) -> int:
-        """How often a beginning that has something to learn from learns before its robots walk, as
-        after an action of all: a quarter as often as while they do."""
+    def first_learning_steps(self) -> int:
+        """Times that a beginning which knows transitions learns from these before its robots walk,
+        each of as many updates as after an action of all robots: a quarter as many as there are
+        actions."""
         return self.round_count * self.task.action_count // 4
 
     @property

@@ -120,7 +120,7 @@ class Training:
         """Let later beginnings that learn from those before them know what designs scored.
 
         Args:
-            evaluated: Pairs of the evaluation at the end of a beginning.
+            evaluated: Pairs of the evaluation at the end of a beginning, good and poor ones.
         """
         for pair in evaluated:
             design = pair.design
@@ -133,7 +133,12 @@ class Training:
 
         Args:
             transitions: What `ReplayBuffer.arrays` gave at the end of a beginning.
+
+        Raises:
+            KeyError: A field of them is missing.
+            ValueError: They are of other robots, or one field has more of them than another.
         """
+        self.learned.buffer.check(transitions)
         self._seen.append({name: np.array(values) for name, values in transitions.items()})
 
     @property
@@ -146,8 +151,8 @@ class Training:
         return self.timestep
 
     def begin_again(self) -> None:
-        """Forget what was learned, but not the best pairs; and what was seen only if no beginning
-        learns from that. One that does learns before its robots walk."""
+        """Forget what was learned, but not the best pairs. What was seen is kept if a later
+        beginning learns from it; one that does learns from it before its robots walk."""
         if self.pooling_follows:
             self.remember(self.learned.buffer.arrays())
         self.restart += 1
@@ -156,14 +161,13 @@ class Training:
             self._begin_with_what_is_known()
 
     def _begin_with_what_is_known(self) -> None:
-        for _ in range(self.settings.first_updates):
+        for _ in range(self.settings.first_learning_steps):
             self._learn(self.settings.updates_per_vector_step)
         if not self._found:
             return
         designs, scores = np.array([*self._found]), np.array([*self._found.values()])
         images = None if self._twins is None else self._twins.designs(designs)
-        none_failed = np.zeros(len(designs), dtype=bool)
-        self.learned.distribution.take_round(designs, scores, none_failed, images)
+        self.learned.distribution.know(designs, scores, images)
 
     def go_on_as(self, checkpoint: Checkpoint) -> None:
         """Take over what was learned by the end of another beginning; all else stays.
@@ -171,6 +175,7 @@ class Training:
         Raises:
             ArtefactError: The checkpoint is damaged, or of a training with other settings.
         """
+        self._seen.clear()
         self.learned = self._nothing()
         with reading(checkpoint.path, KIND):
             self.learned.restore(checkpoint.arrays, checkpoint.metadata)
@@ -200,7 +205,10 @@ class Training:
         worlds = self.settings.objective.worlds_at(self.learned_timesteps)
         learned, count = self.learned, self.settings.environment_count // worlds
         designs, first = learned.distribution.sample(count, learned.rng), None
-        if self.demonstrations and self.learned_timesteps == 0:
+        # A beginning that learns from those before knows what they were shown, and what has become
+        # of it.
+        shows = self.learned_timesteps == 0 and not learned.buffer.earlier_count
+        if self.demonstrations and shows:
             # A stream of its own: what is not shown does as it does without.
             rng = np.random.default_rng([self.settings.seed, self.timestep, 1])
             first = first_round(self.demonstrations, designs, worlds, self.settings.task, rng)
@@ -503,6 +511,7 @@ class Training:
         self.timestep = int(metadata["timestep"])
         # Not in checkpoints of an earlier version, as the scores.
         self.restart = int(metadata.get("restart", 0))
+        del self._seen[self.restart :]
         self._found = {int(design): float(score) for design, score in metadata.get("found", [])}
         self.learned = self._nothing()
         self.learned.restore(arrays, metadata)

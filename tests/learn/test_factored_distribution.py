@@ -244,3 +244,15 @@ def test_the_kind_of_belief_is_that_asked_for() -> None:
     again = Training(crawling(viscous_crawler_robot, make_simulator, factored), factored)
     again.restore(training.arrays(), training.metadata())
     assert again.run_round()["return_mean_cm"] == training.run_round()["return_mean_cm"]
+
+
+def test_what_is_known_of_designs_makes_them_candidates_and_weighs_nothing() -> None:
+    """They are all good ones: against each other they would say that the worse of them are bad."""
+    distribution = FactoredDistribution(LARGE, SCHEDULE)
+    designs = distribution.sample(2, np.random.default_rng(0))
+    distribution.know(designs, np.array([15.0, 25.0]), LARGE.images(designs)[0])
+    assert not distribution.weights_cm.any()
+    found = distribution.candidates(5, None, np.random.default_rng(1))
+    assert set(designs) <= set(found)
+    with pytest.raises(ValueError, match="scores"):
+        distribution.know(designs, np.array([15.0, np.nan]), None)

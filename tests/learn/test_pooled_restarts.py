@@ -1,5 +1,6 @@
 """The last beginnings of a training learn from what all before them saw and found."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,13 +9,16 @@ import numpy as np
 import pytest
 from helpers.toy_coopt import make_simulator, toy_settings
 
-from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import learn_in_folder
+from pneumorph.learn.demonstrations import known_pair
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
+from pneumorph.learn.pooled_memory import _KIND, _VERSION
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
 from pneumorph.learn.training import STAGES, Training, restart_seed
 
@@ -94,7 +98,7 @@ def test_a_pooled_beginning_has_new_weights_and_learns_from_all_that_was_seen() 
     for place, arrays in enumerate(own):
         held = learned.buffer._arrays["reward"][place * seen : (place + 1) * seen]
         np.testing.assert_array_equal(held, arrays["reward"])
-    assert training.update_count - updates == POOLED.first_updates * POOLED.updates == 16 * 4
+    assert training.update_count - updates == POOLED.first_learning_steps * POOLED.updates == 16 * 4
 
 
 def test_a_pooled_beginning_begins_with_weights_of_its_own() -> None:
@@ -107,7 +111,7 @@ def test_a_pooled_beginning_begins_with_weights_of_its_own() -> None:
 
 
 def test_a_pooled_beginning_knows_what_the_best_designs_scored() -> None:
-    training = finished(1)
+    training = finished(1, replace(POOLED, evaluated_design_count=3))
     found = dict(training._found)
     training.begin_again()
     distribution = training.learned.distribution
@@ -118,6 +122,7 @@ def test_a_pooled_beginning_knows_what_the_best_designs_scored() -> None:
     for design, image in zip(found, images, strict=True):
         assert distribution.scores[design] == distribution.scores[image] == found[design]
     untold = np.setdiff1d(np.arange(len(ONE.space)), [*found, *images])
+    assert len(untold) > 10
     assert not distribution.walked[untold].any()
 
 
@@ -129,13 +134,17 @@ def test_what_a_design_scored_is_its_best_evaluation() -> None:
     assert max(training._found.values()) == pair.score_cm
 
 
-@pytest.mark.parametrize("kill_after_round", [3, 8, 9, 12, 14, 16])
+@pytest.mark.parametrize("seldom", [False, True])
+@pytest.mark.parametrize("kill_after_round", [3, 9, 12, 14, 16])
 def test_killed_and_resumed_equals_not_stopping(
-    tmp_path: Path, straight: tuple[Path, CooptResult], kill_after_round: int
+    tmp_path: Path, straight: tuple[Path, CooptResult], kill_after_round: int, seldom: bool
 ) -> None:
+    """With a checkpoint after each round and at the end of each beginning alone."""
+    every = 10**9 if seldom else POOLED.checkpoint_interval_timesteps
+    settings = replace(POOLED, checkpoint_interval_timesteps=every)
     with pytest.raises(Killed):
-        run(tmp_path, kill_after_round=kill_after_round)
-    summary = run(tmp_path, resume=True)
+        run(tmp_path, settings, kill_after_round=kill_after_round)
+    summary = run(tmp_path, settings, resume=True)
     assert timeless(vars(summary)) == timeless(vars(straight[1]))
     ours, theirs = load_checkpoint(tmp_path), load_checkpoint(straight[0])
     assert ours.arrays.keys() == theirs.arrays.keys()
@@ -151,11 +160,67 @@ def test_what_was_seen_is_kept_while_it_is_needed(
     with pytest.raises(Killed):
         run(tmp_path, kill_after_round=9)
     kept = sorted(file.name for file in tmp_path.glob("transitions*"))
-    assert kept == ["transitions.0.npz", "transitions.1.npz"]
+    assert kept == ["transitions.1.npz", "transitions.2.npz"]
     assert not list(straight[0].glob("transitions*"))
     (tmp_path / kept[1]).unlink()
-    with pytest.raises(ArtefactError, match=r"transitions\.1\.npz is missing.*beginning 2 of"):
+    with pytest.raises(ArtefactError, match=r"transitions\.2\.npz is missing.*beginning 2 of"):
         run(tmp_path, resume=True)
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda arrays, told: arrays.pop("reward"), "reward is missing"),
+        (
+            lambda arrays, told: arrays.update(reward=arrays["reward"][:3]),
+            r"reward has shape \(3,\)",
+        ),
+        (lambda arrays, told: arrays.update(state=arrays["state"][:, :2]), "state has shape"),
+        (lambda arrays, told: told.update(beginning=2), "beginning is 2, expected 1"),
+        (lambda arrays, told: told.update(seed=7), "seed is 7, expected 1"),
+    ],
+)
+def test_other_transitions_are_refused_by_the_name_of_their_file(
+    damage: Callable[[dict[str, np.ndarray], dict[str, Any]], Any], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=9)
+    file = tmp_path / "transitions.1.npz"
+    arrays, metadata = load_artefact(file, _KIND, _VERSION)
+    told = {name: metadata[name] for name in ("beginning", "seed")}
+    damage(arrays, told)
+    save_artefact(file, _KIND, _VERSION, arrays, told)
+    with pytest.raises(ArtefactError, match=rf"transitions\.1\.npz cannot be read.*{said}"):
+        run(tmp_path, resume=True)
+
+
+def test_gaits_are_not_shown_again() -> None:
+    """What was found since would be forgotten for them."""
+    gait = HeldGait.evenly(np.array([[60.0, 0.0], [0.0, 60.0]]), 0.6)
+    settings = replace(POOLED, restarts=2, pooled_restarts=1)
+    pair = known_pair(gait, ONE.space[3], ONE.space, ONE.task, 0.6, "demonstration")
+    make = crawling(viscous_crawler_robot, make_simulator, settings)
+    training = Training(make, settings, None, [pair])
+    walked = []
+    walk = training.walk_and_learn
+    training.walk_and_learn = lambda *what: (walked.append(what[2]), walk(*what))[1]  # type: ignore[method-assign]
+    for _ in range(2):
+        while not training.is_restart_over:
+            training.run_round()
+        training.note_scores(training.evaluate())
+        if training.restart == 0:
+            training.begin_again()
+    assert [each is not None for each in walked] == [True] + [False] * 7
+
+
+def test_fine_tuning_learns_from_what_its_own_beginning_saw(
+    straight: tuple[Path, CooptResult],
+) -> None:
+    training = finished(3)
+    assert training.learned.buffer.earlier_count > 0
+    training.take_over(load_checkpoint(straight[0]))
+    assert training.learned.buffer.earlier_count == 0
+    assert len(training.learned.buffer) == 2 * 4 * ONE.timesteps_per_round
 
 
 def test_without_pooling_nothing_is_kept(tmp_path: Path) -> None:
