@@ -29,7 +29,7 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
 from pneumorph.learn.policy_file import save_policy
-from pneumorph.learn.pooled_memory import forget_transitions, keep_transitions, recall_transitions
+from pneumorph.learn.pool_files import forget_transitions, keep_transitions, recall_transitions
 from pneumorph.learn.restarts import BEST_RESTART, check_kept, go_on_with_best, keep_if_best
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training

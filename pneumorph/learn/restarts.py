@@ -33,7 +33,7 @@ def keep_if_best(training: Training, folder: Path, metadata: Mapping[str, Any]) 
     before = training.restart_scores_cm[: training.restart]
     score = evaluated[0].score_cm if evaluated else None
     if training.pooling_follows:
-        training.note_scores(evaluated)
+        training.pool.note(evaluated)
     training.restart_scores_cm = [*before, score]
     if not before or _key(score) > max(map(_key, before)):
         save_artefact(folder / BEST_RESTART, KIND, VERSION, training.arrays(), metadata)

@@ -26,6 +26,7 @@ from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.objective import Objective
+from pneumorph.learn.pool import Pool
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.transitions import Transitions, check_mirrored, last_observation
@@ -89,8 +90,7 @@ class Training:
         self._twins = self._mirror if settings.mirrored_scores else None
         self.restart = 0
         self.timestep = 0
-        self._seen: list[dict[str, np.ndarray]] = []
-        self._found: dict[int, float] = {}
+        self.pool = Pool(self._twins)
         self.learned = self._nothing()
         self.restart_scores_cm: list[float | None] = []
         """Score of the best pair at the end of each beginning; None where none came to its end."""
@@ -108,38 +108,13 @@ class Training:
         seed = restart_seed(self.settings.seed, self.restart)
         pooled = self.restart >= max(self.settings.restarts - self.settings.pooled_restarts, 1)
         # What follows the training, fine-tuning, learns from what its own beginning saw.
-        earlier = self._seen if pooled and not self.is_finished else ()
+        earlier = self.pool.transitions if pooled and not self.is_finished else ()
         return Learned(self.settings, self.learner, self._state_size, self._twins, seed, earlier)
 
     @property
     def pooling_follows(self) -> bool:
         """Whether a beginning after the present one learns from what this one sees."""
         return self.restart < self.settings.restarts - 1 and self.settings.pooled_restarts > 0
-
-    def note_scores(self, evaluated: Sequence[DesignGaitPair]) -> None:
-        """Let later beginnings that learn from those before them know what designs scored.
-
-        Args:
-            evaluated: Pairs of the evaluation at the end of a beginning, good and poor ones.
-        """
-        for pair in evaluated:
-            design = pair.design
-            if self._twins is not None:  # one of a design and the image that it counts for
-                design = min(design, int(self._twins.designs(np.array([design]))[0]))
-            self._found[design] = max(pair.score_cm, self._found.get(design, -np.inf))
-
-    def remember(self, transitions: Mapping[str, np.ndarray]) -> None:
-        """Let later beginnings that learn from those before them have transitions too.
-
-        Args:
-            transitions: What `ReplayBuffer.arrays` gave at the end of a beginning.
-
-        Raises:
-            KeyError: A field of them is missing.
-            ValueError: They are of other robots, or one field has more of them than another.
-        """
-        self.learned.buffer.check(transitions)
-        self._seen.append({name: np.array(values) for name, values in transitions.items()})
 
     @property
     def _worlds_number(self) -> int:
@@ -154,20 +129,13 @@ class Training:
         """Forget what was learned, but not the best pairs. What was seen is kept if a later
         beginning learns from it; one that does learns from it before its robots walk."""
         if self.pooling_follows:
-            self.remember(self.learned.buffer.arrays())
+            self.pool.add(self.learned.buffer.arrays())
         self.restart += 1
         self.learned = self._nothing()
         if self.learned.buffer.earlier_count:
-            self._begin_with_what_is_known()
-
-    def _begin_with_what_is_known(self) -> None:
-        for _ in range(self.settings.first_learning_steps):
-            self._learn(self.settings.updates_per_vector_step)
-        if not self._found:
-            return
-        designs, scores = np.array([*self._found]), np.array([*self._found.values()])
-        images = None if self._twins is None else self._twins.designs(designs)
-        self.learned.distribution.know(designs, scores, images)
+            for _ in range(self.settings.first_learning_steps):
+                self._learn(self.settings.updates_per_vector_step)
+            self.pool.tell(self.learned.distribution)
 
     def go_on_as(self, checkpoint: Checkpoint) -> None:
         """Take over what was learned by the end of another beginning; all else stays.
@@ -175,7 +143,7 @@ class Training:
         Raises:
             ArtefactError: The checkpoint is damaged, or of a training with other settings.
         """
-        self._seen.clear()
+        self.pool.transitions.clear()
         self.learned = self._nothing()
         with reading(checkpoint.path, KIND):
             self.learned.restore(checkpoint.arrays, checkpoint.metadata)
@@ -485,7 +453,7 @@ class Training:
             "timestep": self.timestep,
             "restart": self.restart,
             "restart_scores_cm": list(self.restart_scores_cm),
-            **({"found": [*self._found.items()]} if self._found else {}),
+            **({"found": [*self.pool.scores_cm.items()]} if self.pool.scores_cm else {}),
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
@@ -511,8 +479,8 @@ class Training:
         self.timestep = int(metadata["timestep"])
         # Not in checkpoints of an earlier version, as the scores.
         self.restart = int(metadata.get("restart", 0))
-        del self._seen[self.restart :]
-        self._found = {int(design): float(score) for design, score in metadata.get("found", [])}
+        del self.pool.transitions[self.restart :]
+        self.pool.scores_cm = {int(design): score for design, score in metadata.get("found", [])}
         self.learned = self._nothing()
         self.learned.restore(arrays, metadata)
         self.best.restore(below(arrays, "best/"))

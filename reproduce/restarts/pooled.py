@@ -59,9 +59,9 @@ def main(
     training = Training(learning, settings, judged)
     for folder in runs:
         arrays = load_checkpoint(folder / TRAINING_FOLDER).arrays
-        training.remember(below(arrays, "buffer/"))
+        training.pool.add(below(arrays, "buffer/"))
         if not without_scores:
-            training.note_scores(_pairs(FinishedRun.read(folder), training))
+            training.pool.note(_pairs(FinishedRun.read(folder), training))
     training.restart = len(runs) - 1
     training.timestep = len(runs) * settings.restart_timesteps
     for number in range(1, count + 1):
@@ -70,7 +70,7 @@ def main(
             training.run_round()
         pairs = training.evaluate()
         if not without_scores:
-            training.note_scores(pairs)
+            training.pool.note(pairs)
         for pair in pairs[:3]:
             print(
                 f"{number}: {training.space[pair.design]}, score {pair.score_cm:.1f} cm, "

@@ -18,7 +18,7 @@ from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.demonstrations import known_pair
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
-from pneumorph.learn.pooled_memory import _KIND, _VERSION
+from pneumorph.learn.pool_files import _KIND, _VERSION
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
 from pneumorph.learn.training import STAGES, Training, restart_seed
 
@@ -78,7 +78,7 @@ def finished(restart: int, settings: CooptSettings = POOLED) -> Training:
     for number in range(restart + 1):
         while not training.is_restart_over:
             training.run_round()
-        training.note_scores(training.evaluate())
+        training.pool.note(training.evaluate())
         if number < restart:
             training.begin_again()
     return training
@@ -87,7 +87,7 @@ def finished(restart: int, settings: CooptSettings = POOLED) -> Training:
 def test_a_pooled_beginning_has_new_weights_and_learns_from_all_that_was_seen() -> None:
     training = finished(1)
     before = training.learned.buffer
-    own = [training._seen[0], before.arrays()]
+    own = [training.pool.transitions[0], before.arrays()]
     updates = training.update_count
     training.begin_again()
     learned = training.learned
@@ -112,7 +112,7 @@ def test_a_pooled_beginning_begins_with_weights_of_its_own() -> None:
 
 def test_a_pooled_beginning_knows_what_the_best_designs_scored() -> None:
     training = finished(1, replace(POOLED, evaluated_design_count=3))
-    found = dict(training._found)
+    found = dict(training.pool.scores_cm)
     training.begin_again()
     distribution = training.learned.distribution
     np.testing.assert_allclose(distribution.entropy, np.log(len(ONE.space)))  # chosen later
@@ -130,8 +130,8 @@ def test_what_a_design_scored_is_its_best_evaluation() -> None:
     training = finished(0)
     pair = max(training.evaluate(), key=lambda each: each.score_cm)
     for score in (pair.score_cm - 5.0, pair.score_cm - 1.0):
-        training.note_scores([replace(pair, score_cm=score)])
-    assert max(training._found.values()) == pair.score_cm
+        training.pool.note([replace(pair, score_cm=score)])
+    assert max(training.pool.scores_cm.values()) == pair.score_cm
 
 
 @pytest.mark.parametrize("seldom", [False, True])
@@ -207,7 +207,7 @@ def test_gaits_are_not_shown_again() -> None:
     for _ in range(2):
         while not training.is_restart_over:
             training.run_round()
-        training.note_scores(training.evaluate())
+        training.pool.note(training.evaluate())
         if training.restart == 0:
             training.begin_again()
     assert [each is not None for each in walked] == [True] + [False] * 7

@@ -1,10 +1,4 @@
-"""What all beginnings of a training saw, kept for the last of them to learn from.
-
-Networks that learn anything early hardly leave it (Nikishin et al., *The Primacy Bias in Deep
-Reinforcement Learning*, 2022, who draw new weights now and then and keep the replay buffer). So
-does a training: what it finds is a matter of the gaits that it comes upon first. One that begins
-with new weights and with what several others saw comes upon the gaits of them all.
-"""
+"""The files of what the beginnings of a training saw, for a stopped one to go on with."""
 
 from __future__ import annotations
 
@@ -57,7 +51,8 @@ def recall_transitions(training: Training, folder: Path, checkpoint: Checkpoint)
             for name, expected in _told(training, number).items():
                 if told[name] != expected:
                     raise ValueError(f"{name} is {told[name]!r:.40}, expected {expected}")
-            training.remember(arrays)
+            training.learned.buffer.check(arrays)
+            training.pool.add(arrays)
 
 
 def forget_transitions(folder: Path) -> None:
