@@ -34,7 +34,7 @@ from pneumorph.study.learned_again import Trained
 from pneumorph.study.reduce_settings import ReduceSettings
 
 _SHORT = (
-    "--restarts 2 "
+    "--restarts 2 --pooled-restarts 0 "
     "--total-timesteps 16 --environment-count 4 --task.action-count 4 --task.action-step-count 10 "
     "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 16 "
