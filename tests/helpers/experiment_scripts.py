@@ -27,10 +27,10 @@ FEW_ACTIONS: dict[str, Any] = {
 """A training of a dozen actions, as settings over a preset."""
 
 
-def script(name: str) -> ModuleType:
-    """The module of an experiment's run.py."""
-    path = REPRODUCE / name / "run.py"
-    specification = importlib.util.spec_from_file_location(f"reproduce_{name}", path)
+def script(name: str, file: str = "run") -> ModuleType:
+    """The module of an experiment's run.py, or of another of its files."""
+    path = REPRODUCE / name / f"{file}.py"
+    specification = importlib.util.spec_from_file_location(f"reproduce_{name}_{file}", path)
     assert specification is not None
     assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
