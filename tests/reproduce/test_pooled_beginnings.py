@@ -18,10 +18,7 @@ _SHORT = (
 )
 
 
-@pytest.mark.parametrize("without_scores", [False, True])
-def test_each_beginning_is_told(
-    without_scores: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_beginning_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     leg = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)).save(tmp_path / "leg.npz")
     folders = []
     for seed in (0, 1):
@@ -29,9 +26,7 @@ def test_each_beginning_is_told(
         asked = f"coopt --preset quick --physics published --part {leg} --seed {seed} {_SHORT}"
         assert run([*asked.split(), "--out", str(folders[-1])]) == 0
     capsys.readouterr()
-    script("restarts", "pooled").main(
-        tuple(folders), seed=3, count=2, without_scores=without_scores
-    )
+    script("restarts", "pooled").main(tuple(folders), seed=3, count=2)
     told = capsys.readouterr().out
     assert {line[0] for line in told.splitlines()} == {"1", "2"}
     assert re.search(r"^1: [0-3.]+, score -?\d+\.\d cm, mean -?\d+\.\d cm$", told, re.MULTILINE)
