@@ -23,6 +23,10 @@ class MirrorImage:
         """Index of each design's image, shape (n,)."""
         return self._images(designs)[0]
 
+    def once(self, designs: np.ndarray) -> np.ndarray:
+        """Index of one of each design and its image, always the same one, shape (n,)."""
+        return np.minimum(designs, self.designs(designs))
+
     def actions(self, designs: np.ndarray, actions: np.ndarray) -> np.ndarray:
         """Actions for the images of ``designs`` (n,), one or more each, shape (n, k M)."""
         regulator = self._images(designs)[1][:, np.newaxis, :]

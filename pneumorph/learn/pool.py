@@ -47,7 +47,7 @@ class Pool:
         for pair in evaluated:
             design = pair.design
             if self._twins is not None:
-                design = min(design, int(self._twins.designs(np.array([design]))[0]))
+                design = int(self._twins.once(np.array([design]))[0])
             self.scores_cm[design] = max(pair.score_cm, self.scores_cm.get(design, -np.inf))
 
     def tell(self, distribution: DesignDistribution | FactoredDistribution) -> None:

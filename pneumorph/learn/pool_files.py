@@ -8,8 +8,8 @@ from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_
 from pneumorph.learn.checkpoint import Checkpoint
 from pneumorph.learn.training import Training
 
-_KIND = "CooptTransitions"
-_VERSION = 1
+KIND = "CooptTransitions"
+VERSION = 1
 
 
 def keep_transitions(training: Training, folder: Path) -> None:
@@ -22,7 +22,7 @@ def keep_transitions(training: Training, folder: Path) -> None:
     if training.pooling_follows:
         arrays = training.learned.buffer.arrays()
         number = training.restart + 1
-        save_artefact(_file(folder, number), _KIND, _VERSION, arrays, _told(training, number))
+        save_artefact(_file(folder, number), KIND, VERSION, arrays, _told(training, number))
 
 
 def recall_transitions(training: Training, folder: Path, checkpoint: Checkpoint) -> None:
@@ -46,8 +46,8 @@ def recall_transitions(training: Training, folder: Path, checkpoint: Checkpoint)
                 f"{file} is missing, expected what beginning {number} of the training saw: "
                 "later ones learn from it; copy the whole folder of a training"
             )
-        arrays, told = load_artefact(file, _KIND, _VERSION)
-        with reading(file, _KIND):
+        arrays, told = load_artefact(file, KIND, VERSION)
+        with reading(file, KIND):
             for name, expected in _told(training, number).items():
                 if told[name] != expected:
                     raise ValueError(f"{name} is {told[name]!r:.40}, expected {expected}")

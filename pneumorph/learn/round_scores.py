@@ -84,7 +84,7 @@ class RoundScores:
 
     def _once(self, designs: np.ndarray) -> np.ndarray:
         """Of each design and its image, where that counts for it, one."""
-        return designs if self._twins is None else np.minimum(designs, self._twins.designs(designs))
+        return designs if self._twins is None else self._twins.once(designs)
 
     def _metrics(self, by_world: np.ndarray) -> dict[str, float]:
         if by_world.shape[1] == 1:

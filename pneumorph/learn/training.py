@@ -453,7 +453,7 @@ class Training:
             "timestep": self.timestep,
             "restart": self.restart,
             "restart_scores_cm": list(self.restart_scores_cm),
-            **({"found": [*self.pool.scores_cm.items()]} if self.pool.scores_cm else {}),
+            "found": [*self.pool.scores_cm.items()],
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),

@@ -52,11 +52,8 @@ class Trained:
         own = run.summary.get("own_task") is not None
         if "coopt" not in run.settings or own or not has_checkpoint(folder):
             return None
-        settings, worlds = run.structured("coopt", CooptSettings), None
-        if run.worlds is not None:
-            worlds = TrainingWorlds.of_objective(
-                run.worlds, settings.objective, run.of_settings("world_count", int)
-            )
+        settings = run.structured("coopt", CooptSettings)
+        worlds = TrainingWorlds.of_run(run, settings.objective)
         return cls(folder, settings, worlds) if settings.finetuning.timesteps else None
 
 

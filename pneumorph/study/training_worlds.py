@@ -12,6 +12,7 @@ from pneumorph.environment.crawling_simulator import CrawlingSimulator, Simulato
 from pneumorph.learn.objective import Objective
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator, reduction_digests
+from pneumorph.study.finished_run import FinishedRun
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,18 @@ class TrainingWorlds(Checked):
         if not objective.is_robust:
             return cls(randomisation, world_count)
         return cls(randomisation, objective.worlds_per_design, objective.nominal_until_timestep)
+
+    @classmethod
+    def of_run(cls, run: FinishedRun, objective: Objective) -> TrainingWorlds | None:
+        """Those of a finished training; None where it was made in one.
+
+        Args:
+            run: The run.
+            objective: What its designs were ranked by.
+        """
+        if run.worlds is None:
+            return None
+        return cls.of_objective(run.worlds, objective, run.of_settings("world_count", int))
 
     def as_dict(self) -> dict[str, Any]:
         """Distributions and count by name, for summaries and checkpoints."""

@@ -45,11 +45,7 @@ def main(
     first = FinishedRun.read(runs[0])
     settings = first.structured("coopt", CooptSettings)
     settings = replace(settings, seed=seed, restarts=len(runs) + count, pooled_restarts=count)
-    worlds = None
-    if first.worlds is not None:
-        worlds = TrainingWorlds.of_objective(
-            first.worlds, settings.objective, first.of_settings("world_count", int)
-        )
+    worlds = TrainingWorlds.of_run(first, settings.objective)
     spec = first.spec()
     learning, judged = learning_and_judged(
         lambda robots: environments_of(settings, robots, worlds, None),

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.stopped_run import Killed, assert_same, run, timeless
 from helpers.toy_coopt import make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
@@ -14,13 +15,12 @@ from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.demonstrations import known_pair
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
-from pneumorph.learn.pool_files import _KIND, _VERSION
+from pneumorph.learn.pool_files import KIND, VERSION
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
-from pneumorph.learn.training import STAGES, Training, restart_seed
+from pneumorph.learn.training import Training, restart_seed
 
 ONE = toy_settings(round_count=4, seed=1, environment_count=4)
 APART = replace(
@@ -30,35 +30,12 @@ APART = replace(
 )
 POOLED = replace(APART, pooled_restarts=2)
 ROUNDS = 16
-TIMES = {*(f"{stage}_s" for stage in STAGES), "wall_s", "finetuning_wall_s", "remarks"}
-
-
-class Killed(Exception):
-    """Stands for the end of the process."""
-
-
-def run(
-    folder: Path,
-    settings: CooptSettings = POOLED,
-    kill_after_round: int | None = None,
-    **options: Any,
-) -> CooptResult:
-    def progress(done: int, total: int, message: str) -> None:
-        if kill_after_round is not None and done >= kill_after_round * ONE.timesteps_per_round:
-            raise Killed
-
-    factory = crawling(viscous_crawler_robot, make_simulator, settings)
-    return learn_in_folder(factory, settings, folder, progress=progress, **options)
-
-
-def timeless(values: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if name not in TIMES}
 
 
 @pytest.fixture(scope="module")
 def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CooptResult]:
     folder = tmp_path_factory.mktemp("pooled")
-    return folder, run(folder)
+    return folder, run(folder, POOLED)
 
 
 def test_the_first_beginnings_are_as_without(
@@ -145,27 +122,20 @@ def test_killed_and_resumed_equals_not_stopping(
     settings = replace(POOLED, checkpoint_interval_timesteps=every)
     with pytest.raises(Killed):
         run(tmp_path, settings, kill_after_round=kill_after_round)
-    summary = run(tmp_path, settings, resume=True)
-    assert timeless(vars(summary)) == timeless(vars(straight[1]))
-    ours, theirs = load_checkpoint(tmp_path), load_checkpoint(straight[0])
-    assert ours.arrays.keys() == theirs.arrays.keys()
-    for name, value in theirs.arrays.items():
-        np.testing.assert_array_equal(ours.arrays[name], value, err_msg=name)
-    mine, expected = (list(map(timeless, read_metrics(each))) for each in (tmp_path, straight[0]))
-    assert mine == expected
+    assert_same(tmp_path, run(tmp_path, settings, resume=True), straight)
 
 
 def test_what_was_seen_is_kept_while_it_is_needed(
     tmp_path: Path, straight: tuple[Path, CooptResult]
 ) -> None:
     with pytest.raises(Killed):
-        run(tmp_path, kill_after_round=9)
+        run(tmp_path, POOLED, kill_after_round=9)
     kept = sorted(file.name for file in tmp_path.glob("transitions*"))
     assert kept == ["transitions.1.npz", "transitions.2.npz"]
     assert not list(straight[0].glob("transitions*"))
     (tmp_path / kept[1]).unlink()
     with pytest.raises(ArtefactError, match=r"transitions\.2\.npz is missing.*beginning 2 of"):
-        run(tmp_path, resume=True)
+        run(tmp_path, POOLED, resume=True)
 
 
 @pytest.mark.parametrize(
@@ -185,14 +155,14 @@ def test_other_transitions_are_refused_by_the_name_of_their_file(
     damage: Callable[[dict[str, np.ndarray], dict[str, Any]], Any], said: str, tmp_path: Path
 ) -> None:
     with pytest.raises(Killed):
-        run(tmp_path, kill_after_round=9)
+        run(tmp_path, POOLED, kill_after_round=9)
     file = tmp_path / "transitions.1.npz"
-    arrays, metadata = load_artefact(file, _KIND, _VERSION)
+    arrays, metadata = load_artefact(file, KIND, VERSION)
     told = {name: metadata[name] for name in ("beginning", "seed")}
     damage(arrays, told)
-    save_artefact(file, _KIND, _VERSION, arrays, told)
+    save_artefact(file, KIND, VERSION, arrays, told)
     with pytest.raises(ArtefactError, match=rf"transitions\.1\.npz cannot be read.*{said}"):
-        run(tmp_path, resume=True)
+        run(tmp_path, POOLED, resume=True)
 
 
 def test_gaits_are_not_shown_again() -> None:

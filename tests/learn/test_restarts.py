@@ -7,54 +7,30 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
+from helpers.stopped_run import Killed, assert_same, run, timeless
 from helpers.toy_coopt import CrawlersInWorlds, make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.learn.restarts import BEST_RESTART
-from pneumorph.learn.settings import CooptSettings, FinetuningSettings
-from pneumorph.learn.training import STAGES, Training, restart_seed
+from pneumorph.learn.settings import FinetuningSettings
+from pneumorph.learn.training import Training, restart_seed
 
 ONE = toy_settings(round_count=4, seed=1, environment_count=4)
 SETTINGS = replace(ONE, restarts=3)
-TIMES = {*(f"{stage}_s" for stage in STAGES), "wall_s", "finetuning_wall_s", "remarks"}
-
-
-class Killed(Exception):
-    """Stands for the end of the process."""
-
-
-def run(
-    folder: Path,
-    settings: CooptSettings = SETTINGS,
-    kill_after_round: int | None = None,
-    **options: Any,
-) -> CooptResult:
-    def progress(done: int, total: int, message: str) -> None:
-        assert done <= total
-        if kill_after_round is not None and done >= kill_after_round * ONE.timesteps_per_round:
-            raise Killed
-
-    factory = crawling(viscous_crawler_robot, make_simulator, settings)
-    return learn_in_folder(factory, settings, folder, progress=progress, **options)
-
-
-def timeless(values: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if name not in TIMES}
 
 
 @pytest.fixture(scope="module")
 def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CooptResult]:
     folder = tmp_path_factory.mktemp("restarts")
-    return folder, run(folder)
+    return folder, run(folder, SETTINGS)
 
 
 @dataclass(frozen=True)
@@ -135,8 +111,8 @@ def test_killed_and_resumed_equals_not_stopping(
     tmp_path: Path, straight: tuple[Path, CooptResult], kill_after_round: int
 ) -> None:
     with pytest.raises(Killed):
-        run(tmp_path, kill_after_round=kill_after_round)
-    assert_same(tmp_path, run(tmp_path, resume=True), straight)
+        run(tmp_path, SETTINGS, kill_after_round=kill_after_round)
+    assert_same(tmp_path, run(tmp_path, SETTINGS, resume=True), straight)
 
 
 @pytest.mark.parametrize("after", ["begin_again", "go_on_as"])
@@ -168,21 +144,10 @@ def test_killed_between_a_beginning_and_the_next_checkpoint(
 
 def test_a_folder_without_the_best_beginning_is_not_gone_on_with(tmp_path: Path) -> None:
     with pytest.raises(Killed):
-        run(tmp_path, kill_after_round=6)
+        run(tmp_path, SETTINGS, kill_after_round=6)
     (tmp_path / BEST_RESTART).unlink()
     with pytest.raises(ArtefactError, match=r"best_restart\.npz is missing, expected the best of"):
-        run(tmp_path, resume=True)
-
-
-def assert_same(folder: Path, summary: CooptResult, straight: tuple[Path, CooptResult]) -> None:
-    assert timeless(vars(summary)) == timeless(vars(straight[1]))
-    ours, theirs = load_checkpoint(folder), load_checkpoint(straight[0])
-    assert ours.arrays.keys() == theirs.arrays.keys()
-    for name, value in theirs.arrays.items():
-        np.testing.assert_array_equal(ours.arrays[name], value, err_msg=name)
-    lines = zip(read_metrics(folder), read_metrics(straight[0]), strict=True)
-    for mine, expected in lines:
-        assert timeless(mine) == timeless(expected)
+        run(tmp_path, SETTINGS, resume=True)
 
 
 def test_the_kept_policy_is_fine_tuned_and_pairs_of_all_compete(
