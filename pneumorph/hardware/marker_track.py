@@ -90,12 +90,16 @@ class MarkerTrack:
     def achieved(self, goal: Goal, time_s: float) -> float | None:
         """How much of a goal was achieved at a time since the gait's start [its unit]; None where
         the track does not tell, as of a turn where one marker alone was followed."""
+        way = self.along(goal, np.array([time_s]))
+        return None if way is None else float(way[0])
+
+    def along(self, goal: Goal, time_s: np.ndarray) -> np.ndarray | None:
+        """The same at several times, (time,)."""
         if goal.turns and self.turned_deg is None:
             return None
-        at = np.array([time_s])
         turned = np.zeros(len(self.time_s)) if self.turned_deg is None else self.turned_deg
-        left_cm = self._since_start(self.position_mm[:, 1], at) / 10.0
-        return float(goal.of(self.forward_cm(at), left_cm, self._since_start(turned, at))[0])
+        left_cm = self._since_start(self.position_mm[:, 1], time_s) / 10.0
+        return goal.of(self.forward_cm(time_s), left_cm, self._since_start(turned, time_s))
 
     def _since_start(self, value: np.ndarray, time_s: np.ndarray) -> np.ndarray:
         change: np.ndarray = np.interp(time_s, self.time_s, value) - np.interp(

@@ -8,151 +8,184 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.environment.goal import Goal
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import cycle_slides, step_rewards
 from pneumorph.hardware.trial import Trial
+from pneumorph.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedPath:
+    """What of a goal one robot achieves, simulated and measured. Axes: time, trial, step.
+
+    Attributes:
+        goal: What is achieved; its unit is that of all below.
+        time_s: Instants at which paths are compared [s], (time,).
+        simulated: What the simulation has achieved, (time,).
+        measured: The same of each trial, (trial, time).
+        step_s: Length of a step, over which a reward is counted [s].
+        cycle_s: Length of a cycle, over which a slide back is counted [s].
+    """
+
+    goal: Goal
+    time_s: np.ndarray
+    simulated: np.ndarray
+    measured: np.ndarray
+    step_s: float
+    cycle_s: float
+
+    @property
+    def simulated_end(self) -> float:
+        """What the simulation achieved."""
+        return float(self.simulated[-1])
+
+    @property
+    def ends(self) -> np.ndarray:
+        """What each trial achieved, (trial,)."""
+        return self.measured[:, -1]
+
+    @property
+    def mean(self) -> float:
+        """Mean over trials."""
+        return float(np.mean(self.ends))
+
+    @property
+    def spread(self) -> float | None:
+        """Standard deviation over trials; None for a single one."""
+        return float(np.std(self.ends, ddof=1)) if len(self.ends) > 1 else None
+
+    @property
+    def transfer_ratio(self) -> float | None:
+        """Measured over simulated; None where the simulation achieves nothing."""
+        return None if abs(self.simulated_end) < 1e-6 else self.mean / self.simulated_end
+
+    def step_rewards(self) -> tuple[np.ndarray, np.ndarray]:
+        """What is achieved in each step: by the simulation (step,), by each trial (trial, step)."""
+        simulated = step_rewards(self.time_s, self.simulated, self.step_s)
+        return simulated, step_rewards(self.time_s, self.measured.T, self.step_s).T
+
+    def backsliding(self) -> tuple[float, np.ndarray]:
+        """Mean slide back per cycle: of the simulation, and of each trial (trial,)."""
+        cycle_s = min(self.cycle_s, float(self.time_s[-1]))
+        simulated = cycle_slides(self.time_s, self.simulated, cycle_s)
+        measured = cycle_slides(self.time_s, self.measured.T, cycle_s)
+        return float(simulated.mean()), measured.mean(axis=0)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square difference of the simulation and the trials' mean path."""
+        return float(np.sqrt(np.mean((self.measured.mean(axis=0) - self.simulated) ** 2)))
 
 
 @dataclass(frozen=True, eq=False)
 class TrialComparison:
-    """One robot, simulated and measured. Axes: time, trial, step.
+    """One robot, simulated and measured.
 
     Attributes:
         label: Its name.
         design: Its design.
-        time_s: Instants at which paths are compared [s], (time,).
-        simulated_cm: Forward travel of the simulation [cm], (time,).
-        measured_cm: Forward travel of each trial [cm], (trial, time).
-        step_s: Length of a step, over which a reward is counted [s].
-        cycle_s: Length of a cycle, over which a slide back is counted [s].
-        simulated_turned_deg: How far the simulation turned to the left [degrees]; None where that
-            is not known.
+        distance: Its travel forward.
+        counted: What counts of its motion; the travel again where that is the distance.
+        simulated_turned_deg: How far the simulation turned to the left [degrees].
         turned_deg: The same of the trials whose tracks tell [degrees].
     """
 
     label: str
     design: str
-    time_s: np.ndarray
-    simulated_cm: np.ndarray
-    measured_cm: np.ndarray
-    step_s: float
-    cycle_s: float
-    simulated_turned_deg: float | None = None
-    turned_deg: tuple[float, ...] = ()
-
-    @property
-    def simulated_distance_cm(self) -> float:
-        """Travel of the simulation [cm]."""
-        return float(self.simulated_cm[-1])
-
-    @property
-    def distances_cm(self) -> np.ndarray:
-        """Travel of each trial [cm], (trial,)."""
-        return self.measured_cm[:, -1]
-
-    @property
-    def mean_distance_cm(self) -> float:
-        """Mean over trials [cm]."""
-        return float(np.mean(self.distances_cm))
-
-    @property
-    def spread_cm(self) -> float | None:
-        """Standard deviation over trials [cm]; None for a single one."""
-        return float(np.std(self.distances_cm, ddof=1)) if len(self.distances_cm) > 1 else None
-
-    @property
-    def transfer_ratio(self) -> float | None:
-        """Measured over simulated distance; None where the simulation goes nowhere."""
-        if abs(self.simulated_distance_cm) < 1e-6:
-            return None
-        return self.mean_distance_cm / self.simulated_distance_cm
-
-    def rewards_per_step_cm(self) -> tuple[np.ndarray, np.ndarray]:
-        """Travel in each step: of the simulation (step,), and of each trial (trial, step) [cm]."""
-        simulated = step_rewards(self.time_s, self.simulated_cm, self.step_s)
-        return simulated, step_rewards(self.time_s, self.measured_cm.T, self.step_s).T
-
-    def backsliding_cm(self) -> tuple[float, np.ndarray]:
-        """Mean slide back per cycle: of the simulation, and of each trial (trial,) [cm]."""
-        cycle_s = min(self.cycle_s, float(self.time_s[-1]))
-        simulated = cycle_slides(self.time_s, self.simulated_cm, cycle_s)
-        measured = cycle_slides(self.time_s, self.measured_cm.T, cycle_s)
-        return float(simulated.mean()), measured.mean(axis=0)
+    distance: ComparedPath
+    counted: ComparedPath
+    simulated_turned_deg: float
+    turned_deg: tuple[float, ...]
 
     def summary(self) -> dict[str, Any]:
         """Everything as numbers, for a summary."""
-        simulated_steps, measured_steps = self.rewards_per_step_cm()
-        simulated_slide, measured_slides = self.backsliding_cm()
-        difference = self.measured_cm.mean(axis=0) - self.simulated_cm
+        distance, counted = self.distance, self.counted
+        simulated_cm, measured_cm = distance.step_rewards()
+        simulated_slide_cm, measured_slides_cm = distance.backsliding()
+        simulated_steps, measured_steps = counted.step_rewards()
         return {
             "label": self.label,
             "design": self.design,
-            "simulated_distance_cm": self.simulated_distance_cm,
-            "distances_cm": self.distances_cm.tolist(),
-            "mean_distance_cm": self.mean_distance_cm,
-            "spread_cm": self.spread_cm,
-            "transfer_ratio": self.transfer_ratio,
-            "simulated_reward_per_step_cm": simulated_steps.tolist(),
-            "mean_reward_per_step_cm": measured_steps.mean(axis=0).tolist(),
-            "simulated_backsliding_cm": simulated_slide,
-            "mean_backsliding_cm": float(measured_slides.mean()),
-            "path_rms_cm": float(np.sqrt(np.mean(difference**2))),
+            "simulated_distance_cm": distance.simulated_end,
+            "distances_cm": distance.ends.tolist(),
+            "mean_distance_cm": distance.mean,
+            "spread_cm": distance.spread,
+            "transfer_ratio": counted.transfer_ratio,
+            "simulated_reward_per_step_cm": simulated_cm.tolist(),
+            "mean_reward_per_step_cm": measured_cm.mean(axis=0).tolist(),
+            "simulated_backsliding_cm": simulated_slide_cm,
+            "mean_backsliding_cm": float(measured_slides_cm.mean()),
+            "path_rms_cm": distance.rms,
             "simulated_turned_deg": self.simulated_turned_deg,
             "mean_turned_deg": float(np.mean(self.turned_deg)) if self.turned_deg else None,
+            "simulated_achieved": counted.simulated_end,
+            "achieved": counted.ends.tolist(),
+            "mean_achieved": counted.mean,
+            "achieved_spread": counted.spread,
+            "simulated_step_rewards": simulated_steps.tolist(),
+            "mean_step_rewards": measured_steps.mean(axis=0).tolist(),
         }
 
 
 def compare_trials(
     label: str,
     design: str,
-    simulated_time_s: np.ndarray,
-    simulated_cm: np.ndarray,
+    simulated: Trajectory,
     trials: Sequence[Trial],
+    goal: Goal = FORWARD,
     step_s: float = 1.0,
     cycle_s: float = 4.0,
     sample_s: float = 0.05,
-    simulated_turned_deg: np.ndarray | None = None,
 ) -> TrialComparison:
     """Put a simulated path and measured trials on common instants.
 
     Args:
         label: Name of the robot.
         design: Its design.
-        simulated_time_s: Times of the simulation [s], (frame,).
-        simulated_cm: Forward travel of the simulation [cm], (frame,).
+        simulated: The simulation.
         trials: The trials.
+        goal: What counts of the motion.
         step_s: Length of a step, over which a reward is counted [s].
         cycle_s: Length of a cycle, over which a slide back is counted [s].
         sample_s: Distance of the instants [s].
-        simulated_turned_deg: Turn of the simulation to the left [degrees], (frame,).
 
     Raises:
-        ValueError: No trial, or paths shorter than one step.
+        ValueError: No trial, paths shorter than one step, or a goal that a track does not tell of.
     """
     if not trials:
         raise ValueError(f"{label} has no trials, expected at least one")
-    end = min(float(simulated_time_s[-1]), *(float(t.track.time_s[-1]) for t in trials))
+    last = float(simulated.time_s[-1])
+    end = min(last, *(float(t.track.time_s[-1]) for t in trials))
     # A camera's last frame lies up to a frame before the end.
-    end = min(float(simulated_time_s[-1]), end + sample_s)
+    end = min(last, end + sample_s)
     if end < step_s:
         raise ValueError(
             f"{label}: simulation and tracks have {end:g} s in common, expected at least one step "
             f"of {step_s:g} s; times of a track count from the gait's start"
         )
     time_s = np.linspace(0.0, end, round(end / sample_s) + 1)
-    measured = [trial.track.achieved(Goal("turn_left"), end) for trial in trials]
+
+    def compared(what: Goal) -> ComparedPath:
+        measured = [trial.track.along(what, time_s) for trial in trials]
+        told = [each for each in measured if each is not None]
+        if len(told) < len(measured):
+            silent = ", ".join(t.name for t, m in zip(trials, measured, strict=True) if m is None)
+            raise ValueError(
+                f"{label}: the tracks of {silent} do not tell how far the robot turned, expected a "
+                "second marker in front of the first, or a column turned_deg"
+            )
+        ours = np.interp(time_s, simulated.time_s, what.along(simulated))
+        return ComparedPath(what, time_s, ours, np.array(told), step_s, cycle_s)
+
+    turned = [trial.track.achieved(Goal("turn_left"), end) for trial in trials]
+    distance = compared(FORWARD)
     return TrialComparison(
         label,
         design,
-        time_s,
-        np.interp(time_s, simulated_time_s, simulated_cm),
-        np.array([trial.track.forward_cm(time_s) for trial in trials]),
-        step_s,
-        cycle_s,
-        None
-        if simulated_turned_deg is None
-        else float(np.interp(end, simulated_time_s, simulated_turned_deg)),
-        tuple(turned for turned in measured if turned is not None),
+        distance,
+        distance if goal.is_forward else compared(goal),
+        float(np.interp(end, simulated.time_s, simulated.turned_deg)),
+        tuple(each for each in turned if each is not None),
     )
 
 

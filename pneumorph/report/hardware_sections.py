@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from pneumorph.report.walk_figures import step_figure
 from pneumorph.study.deployed_gait import BENDS_FILE, DeployedGait
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import NORMAL_95, FittedCalibration
-from pneumorph.study.transfer import ComparedRobot, Transfer
+from pneumorph.study.transfer import Transfer
 from pneumorph.trajectory import Trajectory
 
 
@@ -65,29 +64,39 @@ def _trials_section(found: DeployedGait, run: FinishedRun, sheet: Sheet) -> Sect
 
 def transfer_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return robots simulated and measured, side by side and step by step."""
+    goal = found.goal
     pictures = [
         page.picture(run.folder / name, caption)
         for name, caption in (
-            ("transfer_rewards.png", "Distance simulated and measured; dots are trials."),
-            ("transfer_gaits.png", "Pressures commanded and sensed, and travel over time."),
+            ("transfer_rewards.png", f"{goal.title} simulated and measured; dots are trials."),
+            ("transfer_gaits.png", f"Pressures commanded and sensed, and {goal.label} over time."),
         )
     ]
     columns = ["simulated_distance_cm", "mean_distance_cm", "spread_cm", "transfer_ratio",
                "simulated_backsliding_cm", "mean_backsliding_cm", "path_rms_cm"]  # fmt: skip
+    header = [name.replace("_", " ") for name in columns]
+    if not goal.is_forward:
+        columns = ["simulated_achieved", "mean_achieved", "achieved_spread", "transfer_ratio"]
+        header = [
+            *(goal.in_unit(f"{goal.label}, {each}") for each in ("simulated", "measured")),
+            goal.in_unit("deviation"),
+            "transfer ratio",
+        ]
     table = page.table(
-        ["", "design", *(name.replace("_", " ") for name in columns)],
+        ["", "design", *header],
         [
             [each.label, each.design, *(getattr(each, name) for name in columns)]
             for each in found.robots
         ],
     )
     step_s = found.step_s
-    shortest = step_s * min(len(each.simulated_reward_per_step_cm) for each in found.robots)
-    steps = step_figure(_summed_steps(found.robots, step_s), step_s, min(found.cycle_s, shortest))
+    paths = _summed_steps(found)
+    shortest = min(float(time_s[-1]) for time_s, _ in paths.values())
+    steps = step_figure(paths, step_s, min(found.cycle_s, shortest), goal)
     drawn = sheet.drawn(
         "steps",
         steps,
-        f"Forward distance of every {step_s:g} s, simulated and measured (mean of trials), and "
+        f"{goal.title} of every {step_s:g} s, simulated and measured (mean of trials), and "
         "below zero the furthest slide back between steps.",
     )
     return [
@@ -115,18 +124,18 @@ def _replay_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[Se
     return sections
 
 
-def _summed_steps(
-    robots: Sequence[ComparedRobot], step_s: float
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Travel at the end of each step, by robot and source."""
+def _summed_steps(found: Transfer) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """What of the goal is achieved at the end of each step, by robot and source."""
     paths = {}
-    for each in robots:
-        for rewards, name in (
-            (each.simulated_reward_per_step_cm, "simulated"),
-            (each.mean_reward_per_step_cm, "measured"),
-        ):
-            travel = np.concatenate([[0.0], np.cumsum(rewards)])
-            paths[f"{each.label} {name}"] = (step_s * np.arange(len(travel)), travel)
+    for each in found.robots:
+        told = (
+            (each.simulated_reward_per_step_cm, each.mean_reward_per_step_cm)
+            if found.goal.is_forward
+            else (each.simulated_step_rewards, each.mean_step_rewards)
+        )
+        for rewards, name in zip(told, ("simulated", "measured"), strict=True):
+            way = np.concatenate([[0.0], np.cumsum(rewards)])
+            paths[f"{each.label} {name}"] = (found.step_s * np.arange(len(way)), way)
     return paths
 
 

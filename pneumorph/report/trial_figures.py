@@ -95,7 +95,7 @@ def _draw_channels(panels: np.ndarray, logs: Sequence[LoggedPressures], labelled
 def transfer_rewards_figure(
     comparisons: Sequence[TrialComparison], plan_of: PlanOf = paper_plan
 ) -> Figure:
-    """Return the distance of every robot, simulated and measured with its spread (paper, fig. 6).
+    """Return what every robot achieves, simulated and measured with its spread (paper, fig. 6).
 
     Args:
         comparisons: The robots, in the order to draw.
@@ -105,15 +105,16 @@ def transfer_rewards_figure(
     figure = new_figure(max(3.6, 0.8 + 1.0 * count), 3.6)
     above, axes = figure.subplots(2, 1, height_ratios=(1, 2.6), sharex=True)
     place = np.arange(count)
-    simulated = [each.simulated_distance_cm for each in comparisons]
-    measured = [each.mean_distance_cm for each in comparisons]
-    spread = [each.spread_cm or 0.0 for each in comparisons]
+    counted = [each.counted for each in comparisons]
+    simulated = [each.simulated_end for each in counted]
+    measured = [each.mean for each in counted]
+    spread = [each.spread or 0.0 for each in counted]
     axes.bar(place - 0.2, simulated, 0.36, color=_SIMULATED, label="simulation")
     axes.bar(place + 0.2, measured, 0.36, yerr=spread, color=_MEASURED, ecolor=INK_COLOUR,
              capsize=3, label="measured")  # fmt: skip
     for number, each in enumerate(comparisons):
-        dots = np.full(len(each.distances_cm), number + 0.2)
-        axes.plot(dots, each.distances_cm, ".", color=INK_COLOUR, markersize=3)
+        dots = np.full(len(each.counted.ends), number + 0.2)
+        axes.plot(dots, each.counted.ends, ".", color=INK_COLOUR, markersize=3)
         plan = plan_of(Design.parse(each.design))
         size = 0.45 / max(HALF_WIDTH_MM, plan.half_width_mm)
         draw_plan_view(above, plan, (number, 0.0), size_mm=size)
@@ -121,7 +122,7 @@ def transfer_rewards_figure(
     above.axis("off")
     zero_line(axes)
     axes.set_xticks(place, [each.label for each in comparisons])
-    axes.set(xlim=(-0.6, count - 0.4), ylabel="forward distance (cm)")
+    axes.set(xlim=(-0.6, count - 0.4), ylabel=counted[0].goal.axis)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -130,7 +131,7 @@ def transfer_rewards_figure(
 def transfer_gaits_figure(
     comparisons: Sequence[TrialComparison], trials: Sequence[Sequence[Trial]]
 ) -> Figure:
-    """Return pressures and travel over time, one column a robot (paper, figs. 8 to 10).
+    """Return pressures and what is achieved over time, one column a robot (paper, figs. 8 to 10).
 
     Args:
         comparisons: The robots.
@@ -146,11 +147,11 @@ def transfer_gaits_figure(
     for column, (comparison, own) in enumerate(zip(comparisons, trials, strict=True)):
         pressures = [trial.pressures for trial in own]
         _draw_channels(panels[:regulators, column], pressures, labelled=column == 0)
-        axes, time_s = panels[-1, column], comparison.time_s
-        axes.plot(time_s, comparison.simulated_cm, color=_SIMULATED, label="simulation")
-        mean = comparison.measured_cm.mean(axis=0)
-        if len(comparison.measured_cm) > 1:
-            spread = comparison.measured_cm.std(axis=0, ddof=1)
+        axes, counted = panels[-1, column], comparison.counted
+        time_s, mean = counted.time_s, counted.measured.mean(axis=0)
+        axes.plot(time_s, counted.simulated, color=_SIMULATED, label="simulation")
+        if len(counted.measured) > 1:
+            spread = counted.measured.std(axis=0, ddof=1)
             axes.fill_between(time_s, mean - spread, mean + spread, color=_MEASURED, alpha=0.3,
                               linewidth=0)  # fmt: skip
         label = f"measured, {len(own)} trial{'s' if len(own) > 1 else ''}"
@@ -158,7 +159,7 @@ def transfer_gaits_figure(
         zero_line(axes)
         axes.set_xlabel("time (s)")
         panels[0, column].set_title(f"{comparison.label}: {comparison.design}", pad=16)
-    panels[-1, 0].set_ylabel("forward distance (cm)")
+    panels[-1, 0].set_ylabel(comparisons[0].counted.goal.axis)
     panels[-1, 0].legend(
         loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=2, fontsize=7, borderaxespad=0.1
     )

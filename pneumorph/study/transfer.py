@@ -12,8 +12,9 @@ import numpy as np
 from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.result import result_to_dict
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import SUMMARY, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.marker_track import VideoSettings
@@ -24,6 +25,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.deployed_gait import SCHEDULE_FILE
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_walk import Model, recorded_walk
 
 
@@ -42,7 +44,7 @@ class TransferSettings(Checked):
 
 @dataclass(frozen=True)
 class DistanceRatio:
-    """Distance over the first robot's; None where that went nowhere."""
+    """What was achieved over what the first robot achieved; None where that was nothing."""
 
     simulated: float | None
     measured: float | None
@@ -61,7 +63,7 @@ class ComparedRobot:
     spread_cm: float | None
     """Standard deviation over trials; None of a single one."""
     transfer_ratio: float | None
-    """Measured over simulated distance; None where the simulation goes nowhere."""
+    """Measured over simulated, of what counts; None where the simulation achieves nothing."""
     simulated_reward_per_step_cm: tuple[float, ...]
     mean_reward_per_step_cm: tuple[float, ...]
     simulated_backsliding_cm: float
@@ -79,6 +81,17 @@ class ComparedRobot:
     """How far the simulation turned to the left; None in files of earlier versions."""
     mean_turned_deg: float | None = None
     """The same of the trials whose tracks tell; None where none does."""
+    simulated_achieved: float | None = None
+    """What of the goal the simulation achieved [the goal's unit]; None in files of earlier
+    versions, whose goal is the distance."""
+    achieved: tuple[float, ...] = ()
+    """The same of each trial."""
+    mean_achieved: float | None = None
+    achieved_spread: float | None = None
+    """Standard deviation over trials; None of a single one."""
+    simulated_step_rewards: tuple[float, ...] = ()
+    """What of the goal was achieved in each step [the goal's unit]."""
+    mean_step_rewards: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,6 +113,12 @@ class Transfer:
     """The reduced leg; None for finite elements."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    goal: Goal = FORWARD
+    """What counts of the robots' motion: what the last one was taught."""
+    simulated_achieved: float | None = None
+    """What of it the last robot's simulation achieved [its unit]; None as in the robots."""
+    mean_achieved: float | None = None
+    """The same of the last robot's trials."""
     figures: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     """Trials that were left out, or cut the comparison short."""
@@ -138,25 +157,25 @@ def transfer(
     start = time.monotonic()
     if not runs:
         raise ValueError("runs is empty, expected at least one folder of `pneumorph deploy`")
-    labelled = labelled_runs(runs)
-    compared: list[tuple[Path, TrialComparison, tuple[Trial, ...]]] = []
     notes: list[str] = []
-    for number, (label, run) in enumerate(labelled.items(), start=1):
-        folder.progress.stage(f"simulating {label} ({number} of {len(runs)})")
-        trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
-        gait, design = _schedule(run)
-        trials, told = whole_trials(label, trials, gait.duration_s, settings.step_s)
-        notes += told
-        found_there = _compared(spec, gait, design, label, trials, settings, folder)
-        compared.append((run, found_there, trials))
-        spread = found_there.spread_cm
+    deployed = [
+        _Deployed.read(label, run, settings, notes) for label, run in labelled_runs(runs).items()
+    ]
+    goal = _goal(deployed, notes)
+    compared: list[TrialComparison] = []
+    for number, each in enumerate(deployed, start=1):
+        folder.progress.stage(f"simulating {each.label} ({number} of {len(runs)})")
+        compared.append(_compared(spec, each, settings, folder, goal))
+        counted = compared[-1].counted
         folder.progress.say(
-            f"{label}: {found_there.mean_distance_cm:.1f} cm forward measured, "
-            + ("" if spread is None else f"deviation {spread:.1f}, ")
-            + f"{found_there.simulated_distance_cm:.1f} cm simulated"
+            f"{each.label}: {goal.label} {goal.said(counted.mean)} measured, "
+            + ("" if counted.spread is None else f"deviation {goal.said(counted.spread)}, ")
+            + f"{goal.said(counted.simulated_end)} simulated"
         )
-    first = compared[0][1]
-    robots = tuple(_robot(run, each, trials, first) for run, each, trials in compared)
+    robots = tuple(
+        _robot(each, comparison, compared[0])
+        for each, comparison in zip(deployed, compared, strict=True)
+    )
     write_json(folder / "comparison.json", {"robots": [result_to_dict(robot) for robot in robots]})
     last = robots[-1]
     found = Transfer(
@@ -170,10 +189,12 @@ def transfer(
         robots=robots,
         **spec.describe(reduced=settings.model == "reduced"),
         wall_s=time.monotonic() - start,
+        goal=goal,
+        simulated_achieved=last.simulated_achieved,
+        mean_achieved=last.mean_achieved,
         notes=tuple(notes),
     )
-    comparisons = tuple(each for _, each, _ in compared)
-    return TransferStudy(found, comparisons, tuple(trials for _, _, trials in compared))
+    return TransferStudy(found, tuple(compared), tuple(each.trials for each in deployed))
 
 
 def labelled_runs(runs: Sequence[str]) -> dict[str, Path]:
@@ -200,26 +221,59 @@ def labelled_runs(runs: Sequence[str]) -> dict[str, Path]:
     return found
 
 
+@dataclass(frozen=True, eq=False)
+class _Deployed:
+    """What was commanded and measured of one robot."""
+
+    label: str
+    run: Path
+    gait: HeldGait
+    design: Design
+    trials: tuple[Trial, ...]
+
+    @classmethod
+    def read(cls, label: str, run: Path, settings: TransferSettings, notes: list[str]) -> _Deployed:
+        """Read it; what is left out of it goes to the notes."""
+        trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
+        gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
+        if "design" not in comments:
+            raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
+        trials, told = whole_trials(label, trials, gait.duration_s, settings.step_s)
+        notes += told
+        return cls(label, run, gait, Design.parse(comments["design"]), trials)
+
+    def tells_of(self, goal: Goal) -> bool:
+        """Whether all tracks tell what of a goal was achieved."""
+        return all(trial.track.achieved(goal, 0.0) is not None for trial in self.trials)
+
+
+def _goal(deployed: Sequence[_Deployed], notes: list[str]) -> Goal:
+    """What counts: what the last robot was taught, or the distance where tracks do not tell that,
+    which goes to the notes."""
+    run = deployed[-1].run
+    goal = FinishedRun.read(run).goal if (run / SUMMARY).is_file() else FORWARD
+    silent = ", ".join(each.label for each in deployed if not each.tells_of(goal))
+    if not silent:
+        return goal
+    notes.append(
+        f"a {goal.label} counts, and the tracks of {silent} do not tell it: distances forward "
+        "are compared; a second marker in front of the first tells (--video.marker-ahead)"
+    )
+    return FORWARD
+
+
 def _robot(
-    run: Path, comparison: TrialComparison, trials: Sequence[Trial], first: TrialComparison
+    deployed: _Deployed, comparison: TrialComparison, first: TrialComparison
 ) -> ComparedRobot:
-    tracking = [pressure_tracking(trial) for trial in trials]
+    tracking = [pressure_tracking(trial) for trial in deployed.trials]
     return ComparedRobot(
         **comparison.summary(),
         pressure_rms_kPa=_mean([each["rms_kPa"] for each in tracking]),
         pressure_delay_s=_mean([each["delay_s"] for each in tracking]),
         distance_over_first=_ratio(comparison, first),
-        run=str(run),
+        run=str(deployed.run),
         trajectory=_trajectory_file(comparison.label),
     )
-
-
-def _schedule(run: Path) -> tuple[HeldGait, str]:
-    """What a deployment commanded, and the design."""
-    gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
-    if "design" not in comments:
-        raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
-    return gait, comments["design"]
 
 
 def whole_trials(
@@ -253,32 +307,29 @@ def _trajectory_file(label: str) -> str:
 
 def _compared(
     spec: RobotSpec,
-    gait: HeldGait,
-    design: str,
-    label: str,
-    trials: Sequence[Trial],
+    deployed: _Deployed,
     settings: TransferSettings,
     folder: RunFolder,
+    goal: Goal,
 ) -> TrialComparison:
     trajectory = recorded_walk(
         spec,
-        Design.parse(design),
-        gait,
+        deployed.design,
+        deployed.gait,
         settings.model,
-        folder / f"checkpoint_{label}.npz",
+        folder / f"checkpoint_{deployed.label}.npz",
         record_every=5,
         progress=folder.progress,
     )
-    trajectory.with_skin_only().save(folder / _trajectory_file(label))
+    trajectory.with_skin_only().save(folder / _trajectory_file(deployed.label))
     return compare_trials(
-        label,
-        design,
-        trajectory.time_s,
-        trajectory.forward_cm,
-        trials,
+        deployed.label,
+        str(deployed.design),
+        trajectory,
+        deployed.trials,
+        goal,
         settings.step_s,
         settings.cycle_s,
-        simulated_turned_deg=trajectory.turned_deg,
     )
 
 
@@ -288,12 +339,12 @@ def _mean(values: list[float | None]) -> float | None:
 
 
 def _ratio(comparison: TrialComparison, first: TrialComparison) -> DistanceRatio:
-    """Distance over the first robot's, simulated and measured: the paper's factor of 2.3."""
+    """What counts over the first robot's, simulated and measured: the paper's factor of 2.3."""
 
     def over(ours: float, theirs: float) -> float | None:
         return ours / theirs if theirs > 0.0 else None
 
     return DistanceRatio(
-        simulated=over(comparison.simulated_distance_cm, first.simulated_distance_cm),
-        measured=over(comparison.mean_distance_cm, first.mean_distance_cm),
+        simulated=over(comparison.counted.simulated_end, first.counted.simulated_end),
+        measured=over(comparison.counted.mean, first.counted.mean),
     )

@@ -15,7 +15,7 @@ from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.environment.goal import FORWARD
-from pneumorph.hardware.marker_track import VideoSettings, read_track
+from pneumorph.hardware.marker_track import VideoSettings, read_track, write_track
 from pneumorph.report.replay.replayed_motions import motion
 from pneumorph.report.scene import Actor
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
@@ -159,10 +159,28 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     assert robot["mean_turned_deg"] == pytest.approx(end - start, rel=0.05)
     walked = Trajectory.load(compared / robot["trajectory"])
     assert robot["simulated_turned_deg"] == pytest.approx(float(walked.turned_deg[-1]))
+    # What was taught counts, and the page says it in its unit.
+    assert robot["simulated_achieved"] == pytest.approx(robot["simulated_turned_deg"])
+    assert robot["mean_achieved"] == pytest.approx(robot["mean_turned_deg"])
+    ratio = robot["mean_achieved"] / robot["simulated_achieved"]
+    assert _summary(compared)["transfer_ratio"] == pytest.approx(ratio)
+    page = tmp_path / "transfer_page"
+    assert run(["report", str(compared), "--figure-files", "--out", str(page)]) == 0
+    assert "turn to the left, measured (°)" in (page / "page.html").read_text()
+    _forget_the_turn(out / "trial_1" / "track.csv")
+    assert run(f"transfer {out} --out {tmp_path / 'one_marker'}".split()) == 0
+    blind = _summary(tmp_path / "one_marker")
+    assert blind["goal"]["name"] == "forward"
+    assert "do not tell it: distances forward are compared" in blind["notes"][0]
     policy = learned / "training" / "policy.npz"
     asked = f"deploy {policy} --design {found['design']} --trials 1 --model reduced --dry-run"
     assert run([*asked.split(), "--out", str(tmp_path / "policy")]) == 0
     assert _summary(tmp_path / "policy")["goal"]["name"] == "turn_left"
+
+
+def _forget_the_turn(track: Path) -> None:
+    """As of one marker alone."""
+    write_track(track, replace(read_track(track), turned_deg=None))
 
 
 def test_verbs_rank_by_the_turn(learned: Path, tmp_path: Path) -> None:

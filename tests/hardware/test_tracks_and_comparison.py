@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
@@ -16,7 +17,9 @@ from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_tra
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import compare_trials, pressure_tracking
 from pneumorph.study.transfer import TransferSettings, transfer
+from pneumorph.trajectory import Trajectory
 
+DESIGN = "1.0.0.2.2.0.0.1"
 TIMES = np.arange(0.0, 4.0, 0.1)
 
 
@@ -216,12 +219,27 @@ def test_a_log_in_psi_is_read_in_kPa_and_one_without_a_unit_refused(tmp_path: Pa
         read_log(path)
 
 
-def _trial(name: str, path: np.ndarray, delay_s: float = 0.0) -> Trial:
+def _simulated(
+    forward_cm_per_s: float = 0.0, left_cm_per_s: float = 0.0, turned_deg_per_s: float = 0.0
+) -> Trajectory:
+    """A robot that moves steadily for 3.9 s."""
+    time_s = np.linspace(0.0, 3.9, 40)
+    place = 10.0 * np.outer(time_s, [forward_cm_per_s, left_cm_per_s, 0.0])
+    turn = Rotation.from_rotvec(
+        np.outer(np.radians(turned_deg_per_s) * time_s, [0.0, 0.0, 1.0])
+    ).as_matrix()
+    pressure = np.zeros((40, 3))
+    return Trajectory(time_s, place, turn, place, pressure, pressure, np.zeros(40, int))
+
+
+def _trial(name: str, path: np.ndarray, delay_s: float = 0.0, turned: float | None = None) -> Trial:
+    """A trial with a path (time, 2) [mm], sensed late, turning at a rate [degrees/s]."""
     times = np.arange(0.0, 4.0, 0.05)
     commanded = np.column_stack([np.where(times % 2.0 < 1.0, 40.0, 0.0)] * 3)
     late = times - delay_s
     sensed = np.column_stack([np.where((late >= 0) & (late % 2.0 < 1.0), 40.0, 0.0)] * 3)
-    return Trial(name, LoggedPressures(times, commanded, sensed, ()), MarkerTrack(TIMES, path))
+    track = MarkerTrack(TIMES, path, None if turned is None else turned * TIMES)
+    return Trial(name, LoggedPressures(times, commanded, sensed, ()), track)
 
 
 def test_distances_ratio_steps_and_backsliding() -> None:
@@ -230,24 +248,49 @@ def test_distances_ratio_steps_and_backsliding() -> None:
     cycle = TIMES % 2.0
     saw = 10.0 * (TIMES // 2.0) + np.where(cycle < 1.5, 10.0 * cycle, 15.0 - 10.0 * (cycle - 1.5))
     sawtooth = np.column_stack([saw, 0.0 * TIMES])
-    comparison = compare_trials(
-        "T", "1.0.0.2.2.0.0.1", np.array([0.0, 3.9]), np.array([0.0, 7.8]),
-        [_trial("a", straight), _trial("b", 1.2 * straight)], cycle_s=2.0,
-    )  # fmt: skip
-    assert comparison.mean_distance_cm == pytest.approx(0.5 * (3.9 + 1.2 * 3.9))
-    assert comparison.transfer_ratio == pytest.approx(1.1 / 2.0)
-    assert comparison.spread_cm == pytest.approx(0.2 * 3.9 / np.sqrt(2.0))
-    simulated, measured = comparison.rewards_per_step_cm()
+    trials = [_trial("a", straight), _trial("b", 1.2 * straight)]
+    comparison = compare_trials("T", DESIGN, _simulated(forward_cm_per_s=2.0), trials, cycle_s=2.0)
+    assert comparison.counted is comparison.distance
+    assert comparison.distance.mean == pytest.approx(0.5 * (3.9 + 1.2 * 3.9))
+    assert comparison.distance.transfer_ratio == pytest.approx(1.1 / 2.0)
+    assert comparison.distance.spread == pytest.approx(0.2 * 3.9 / np.sqrt(2.0))
+    simulated, measured = comparison.distance.step_rewards()
     np.testing.assert_allclose(simulated, [2.0, 2.0, 2.0])
     np.testing.assert_allclose(measured, [[1.0] * 3, [1.2] * 3])
-    slipping = compare_trials(
-        "S", "1.0.0.2.2.0.0.1", np.array([0.0, 3.9]), np.array([0.0, 3.9]),
-        [_trial("a", sawtooth)], cycle_s=2.0,
-    )  # fmt: skip
-    simulated_slide, measured_slide = slipping.backsliding_cm()
+    steady = _simulated(forward_cm_per_s=1.0)
+    slipping = compare_trials("S", DESIGN, steady, [_trial("a", sawtooth)], cycle_s=2.0)
+    simulated_slide, measured_slide = slipping.distance.backsliding()
     assert simulated_slide == pytest.approx(0.0)
     # 0.5 cm a cycle; the second one is cut off 0.1 s early. Samples are 0.05 s apart.
     assert measured_slide[0] == pytest.approx(0.5, abs=0.06)
+
+
+def test_what_counts_of_a_turning_robot_is_compared_in_degrees() -> None:
+    """The simulation turns at 10 degrees a second and goes back, trials at 8 and 6 and do not."""
+    trials = [_trial(name, 0.0 * _path(), turned=rate) for name, rate in (("a", 8.0), ("b", 6.0))]
+    simulated = _simulated(forward_cm_per_s=-1.0, turned_deg_per_s=10.0)
+    comparison = compare_trials("T", DESIGN, simulated, trials, Goal("turn_left", cm_per_unit=0.1))
+    told = comparison.summary()
+    assert told["simulated_achieved"] == pytest.approx(39.0)
+    np.testing.assert_allclose(told["achieved"], [31.2, 23.4])
+    assert told["transfer_ratio"] == pytest.approx(0.7)
+    np.testing.assert_allclose(told["mean_step_rewards"], [7.0, 7.0, 7.0])
+    assert told["simulated_distance_cm"] == pytest.approx(-3.9)
+    assert told["mean_distance_cm"] == pytest.approx(0.0)
+
+
+def test_travel_to_the_left_counts_where_that_was_asked_for() -> None:
+    leftward = np.column_stack([3.0 * TIMES, 5.0 * TIMES])
+    simulated, trials = _simulated(left_cm_per_s=1.0), [_trial("a", leftward)]
+    comparison = compare_trials("H", DESIGN, simulated, trials, Goal("heading", 90.0))
+    assert comparison.counted.simulated_end == pytest.approx(3.9)
+    assert comparison.counted.mean == pytest.approx(0.5 * 3.9)
+    assert comparison.distance.mean == pytest.approx(0.3 * 3.9)
+
+
+def test_a_track_that_does_not_tell_of_a_turn_is_refused_where_that_counts() -> None:
+    with pytest.raises(ValueError, match="T: the tracks of a do not tell how far the robot turned"):
+        compare_trials("T", DESIGN, _simulated(), [_trial("a", _path())], Goal("turn_left"))
 
 
 def test_pressure_delay_is_found() -> None:
