@@ -67,13 +67,19 @@ def check_inflation(module: Module, name: str, physics: Physics) -> None:
 
 
 def check_mounted(
-    hub: HubSpec, sites: Sequence[Site], tolerance_mm: float, allowed_by: str = ALLOWED_BY
+    hub: HubSpec,
+    sites: Sequence[Site],
+    space: DesignSpace,
+    tolerance_mm: float,
+    allowed_by: str = ALLOWED_BY,
 ) -> None:
-    """Refuse a gap between the hub and a module's attachment face, and a module inside the hub.
+    """Refuse a gap between the hub and a module's attachment face, and a module inside the hub,
+    where a design has it.
 
     Args:
         hub: The hub.
         sites: The sites with their modules.
+        space: The robot's designs.
         tolerance_mm: Widest gap and deepest overlap [mm].
         allowed_by: What else an error says to do.
 
@@ -91,7 +97,10 @@ def check_mounted(
     wrong: dict[str, str] = {}
     for number, site in enumerate(sites):
         where = _where(sites, number)
-        for module in site.modules:
+        for kind, module in enumerate(site.modules):
+            legs = [leg for leg in space.fittings[number] if leg.module == kind]
+            if not space.allows_together({number: legs}):
+                continue
             if module.face is None:
                 raise ValueError(
                     f"module {module.name} at {where} does not say what of it is attached, "

@@ -381,7 +381,7 @@ class RobotDescription(Checked, ShownInNotebooks):
             if self.modules[name].mass_g is None:
                 check_cast_mass(module.reduced, f"modules.{name}", f"modules.{name}.mass_g")
             check_inflation(module, name, physics)
-        check_mounted(hub, sites, self.mounting_tolerance_mm)
+        check_mounted(hub, sites, self.space, self.mounting_tolerance_mm)
         check_apart(sites, self.space, self.mounting_tolerance_mm)
         spec = RobotSpec(
             hub,

@@ -235,7 +235,8 @@ class RobotOptions(Checked):
             check_cast_mass(leg.reduced, what, "masses.leg_mass_g")
         remedy = "describe a robot for it in a file (--robot)"
         if leg.face is not None:  # without its mesh it is put where its origin is
-            check_mounted(spec.hub, spec.sites[:1], USUAL_TOLERANCE_MM, remedy)  # all are alike
+            one = spec.sites[:1]  # all are alike
+            check_mounted(spec.hub, one, DesignSpace(), USUAL_TOLERANCE_MM, remedy)
         check_apart(spec.sites, DesignSpace(), USUAL_TOLERANCE_MM, remedy)
         return True
 

@@ -201,6 +201,18 @@ def test_a_module_that_is_not_where_its_site_is_is_refused(
     assert str(path) in str(error.value)
 
 
+def test_a_module_that_no_design_has_may_be_anywhere(edited: Edited) -> None:
+    """A site that excludes another, which always has a leg, is empty in all designs."""
+    path = edited("position_mm = [76, 24, 36]", "position_mm = [89, 24, 36]")
+    text = path.read_text().replace("mirror = true", "").replace(USUAL, "") + "mirror = false\n"
+    path.write_text(text)
+    with pytest.raises(ArtefactError, match=r"14\.0 mm away from the hub"):
+        RobotDescription.read(path).spec()
+    options = ["0 *", "*", *["0 *"] * 4]
+    path.write_text(f'{text}options = {json.dumps(options)}\nexclusions = ["0 1"]\n')
+    assert len(RobotDescription.read(path).spec().sites) == 6
+
+
 def test_modules_that_reach_into_each_other_are_refused_where_a_design_has_both(
     edited: Edited,
 ) -> None:
