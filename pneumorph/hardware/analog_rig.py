@@ -45,6 +45,7 @@ class AnalogRig:
         self._supply.open(self._rig.zero_volts)
         if self._adc is not None:
             self._adc.open()
+            self._adc.greet("?")
             self.sense()
 
     def command(self, pressure_kPa: np.ndarray) -> None:
@@ -68,6 +69,10 @@ class AnalogRig:
     def vent(self) -> None:
         """Command zero pressure, without waiting for an answer."""
         self._supply.set_volts_unconfirmed(self._rig.zero_volts)
+
+    def confirm(self) -> None:
+        """Ask the supply what its outputs are set to."""
+        self._supply.confirm(self._rig.zero_volts)
 
     def close(self) -> None:
         """Let go of supply and ADC."""

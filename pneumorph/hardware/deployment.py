@@ -43,7 +43,8 @@ class DeploymentReport:
     ended_s: float
     """When it ended, since the gait's start [s]."""
     vented: bool
-    """Whether a zero command was taken at the end; after a fault, over a new connection too."""
+    """Whether zero was taken at the end: the rig says so, after a fault over a new connection, or
+    all pressures fell."""
     vent_time_s: float
     """From the end or the fault's discovery to the first zero command [s]."""
     worst_delay_s: float
@@ -175,27 +176,34 @@ class _Run:
         """
         found_s = self._now()
         completed = reason == "completed"
+        attempts = self._rig.safety.vent_attempts
         try:
-            errors, vented = vent(self._driver, self._rig.safety.vent_attempts), True
+            errors, sent = vent(self._driver, attempts, self._calm_beat), True
         except DriverError as error:
-            errors, vented = [str(error)], False
+            errors, sent = [str(error)], False
         vent_time_s = self._now() - found_s
-        if vented and not completed:
-            # Zero may have gone into a dead wire: a connection made anew proves that it is not.
-            self._driver.close()
-            try:
-                self._driver.vent()
-            except Exception as error:  # whatever it is, nobody has confirmed the zero
-                errors, vented = [str(error)], False
+        doubt = self._doubt(anew=not completed) if sent else None
+        if doubt is not None and completed:
+            doubt = self._doubt(anew=True)
+        if doubt is not None:
+            errors = [*errors, doubt]
+        self._calm_beat()
         with self._logging():
             if not completed:
                 self._log.command(found_s, self._zero)
                 self._log.event(found_s, f"stopped: {reason}")
             for error_text in errors:
                 self._log.event(self._now(), f"vent failed: {error_text}")
-            self._log.event(self._now(), "vented" if vented else NOT_VENTED)
-        fell, after = self._fall() if vented else ((None,) * len(self._zero), None)
+            if doubt is None:
+                self._log.event(self._now(), "vented" if sent else NOT_VENTED)
+        fell, after = self._fall() if sent else ((None,) * len(self._zero), None)
+        vented = sent and (doubt is None or all(fell))
+        if doubt is not None:
+            with self._logging():
+                self._log.event(self._now(), "vented" if vented else NOT_VENTED)
         self._driver.close()
+        if not vented:
+            after = after or f"zero was not taken: {errors[-1]}"
         if signals:
             after = after or f"stopped by {signals[0]}"
         after = after or self._log_problem
@@ -212,12 +220,26 @@ class _Run:
             pressure_fell=fell,
         )
 
+    def _doubt(self, anew: bool) -> str | None:
+        """Why nobody knows that the rig took zero; None where it says so.
+
+        Args:
+            anew: Send it again on a connection made anew: it may have gone into a dead wire.
+        """
+        try:
+            if anew:
+                self._driver.close()
+                self._driver.vent()
+                self._calm_beat()
+            self._driver.confirm()
+        except Exception as error:  # whatever it is, nobody has confirmed the zero
+            return str(error)
+        finally:
+            self._calm_beat()
+        return None
+
     def _fall(self) -> tuple[tuple[bool | None, ...], str | None]:
         """Sense whether the pressures fall; of each channel, and what went wrong meanwhile."""
-
-        def beat() -> None:
-            with suppress(DriverError):  # a guardian that is gone: zero has been taken already
-                self._beat()
 
         def told(time_s: float, commanded: np.ndarray, sensed: np.ndarray) -> None:
             with self._logging():
@@ -225,7 +247,7 @@ class _Run:
                 self._sample_count += 1
 
         fall = sense_until_fallen(
-            self._driver, self._watch, self._rig, self._clock, self._start_s, beat, told
+            self._driver, self._watch, self._rig, self._clock, self._start_s, self._calm_beat, told
         )
         if fall.inflated:
             with self._logging():
@@ -246,6 +268,11 @@ class _Run:
     def _beat(self) -> None:
         if self._guardian is not None:
             self._guardian.beat()
+
+    def _calm_beat(self) -> None:
+        """The same while venting, which goes on where the guardian is gone."""
+        with suppress(DriverError):
+            self._beat()
 
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

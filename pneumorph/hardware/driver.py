@@ -1,4 +1,4 @@
-"""What deployment asks of a rig: four verbs, and a clock."""
+"""What deployment asks of a rig: six verbs, and a clock."""
 
 from __future__ import annotations
 
@@ -70,6 +70,13 @@ class RegulatorDriver(Protocol):
 
         Raises:
             DriverError: Zero could not be sent.
+        """
+
+    def confirm(self) -> None:
+        """Ask the rig for something that only one that took the zero before it answers.
+
+        Raises:
+            DriverError: No answer, a late one, or one that makes no sense of a vented rig.
         """
 
     def close(self) -> None:

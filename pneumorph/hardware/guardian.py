@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -104,8 +105,19 @@ def watch(pipe: int, watchdog_s: float) -> str | None:
         timeout = watchdog_s
 
 
-def vent(driver: RegulatorDriver, attempts: int) -> list[str]:
+def vent(
+    driver: RegulatorDriver,
+    attempts: int,
+    beat: Callable[[], None] = lambda: None,
+    confirmed: bool = False,
+) -> list[str]:
     """Send zero until it is taken.
+
+    Args:
+        driver: Of the rig.
+        attempts: How often, each on a connection made anew.
+        beat: Called before each; must not raise.
+        confirmed: Whether the rig must answer that it has taken it.
 
     Returns:
         What went wrong before; empty where the first attempt was taken.
@@ -115,8 +127,11 @@ def vent(driver: RegulatorDriver, attempts: int) -> list[str]:
     """
     errors: list[str] = []
     for _ in range(attempts):
+        beat()
         try:
             driver.vent()
+            if confirmed:
+                driver.confirm()
         except Exception as error:  # whatever a driver raises, the next attempt may be taken
             errors.append(str(error))
             driver.close()
@@ -139,7 +154,7 @@ def main() -> int:
         with suppress(ProcessLookupError):
             os.kill(order["process"], signal.SIGKILL)
     try:
-        errors, vented = vent(driver, rig.safety.vent_attempts), True
+        errors, vented = vent(driver, rig.safety.vent_attempts, confirmed=True), True
     except DriverError as error:
         errors, vented = [str(error)], False
     record = {

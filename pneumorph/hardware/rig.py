@@ -208,6 +208,25 @@ class RigSettings(Checked):
                 f"sample_interval_s is {self.sample_interval_s}, expected less than the watchdog's "
                 f"{self.safety.watchdog_s} s: it beats once a sample"
             )
+        self._refuse_slow_answers()
+
+    def _refuse_slow_answers(self) -> None:
+        """Refuse a call that the guardian would take for silence: between two beats a 9129B takes a
+        command and is asked about it, a serial controller takes a line and answers it."""
+        calls = {
+            "9129b": ("twice command_time_s and reply_timeout_s",
+                      2.0 * self.command_time_s + self.reply_timeout_s),
+            "serial": ("twice reply_timeout_s", 2.0 * self.reply_timeout_s),
+        }  # fmt: skip
+        if self.driver not in calls:
+            return
+        said, longest_s = calls[self.driver]
+        if longest_s >= self.safety.watchdog_s:
+            raise ValueError(
+                f"{said} are {longest_s:g} s, expected less than safety.watchdog_s, "
+                f"{self.safety.watchdog_s:g} s: the guardian would take an answer that is late for "
+                "a process that is dead"
+            )
 
     def slowest_air(self) -> AirRegulators | None:
         """The slowest regulators that are healthy; None where air has no law.

@@ -34,7 +34,7 @@ class SerialController:
     def open(self) -> None:
         """Open the port, check who answers, and vent."""
         self._line.open()
-        greeting = self._line.ask("?")
+        greeting = self._line.greet("?")
         if greeting != f"pneumorph {self._count}":
             raise DriverError(
                 f"{self._rig.resource} greets with {greeting!r}, expected 'pneumorph {self._count}'"
@@ -56,6 +56,10 @@ class SerialController:
         if not self._line.is_open:
             self._line.open()
         self._line.send("Z")
+
+    def confirm(self) -> None:
+        """Ask for the sensed pressures: the controller takes line after line."""
+        self.sense()
 
     def close(self) -> None:
         """Close the port."""

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import termios
 import time
 from contextlib import suppress
 from typing import Any
 
 from pneumorph.base.optional_package import optional_package
 from pneumorph.hardware.driver import DriverError
+
+START_S = 3.0
+"""How long a board that resets when its port is opened may be deaf [s]: one to two seconds of an
+Arduino's boot loader."""
 
 
 class SerialLine:
@@ -30,7 +35,8 @@ class SerialLine:
         return self._line is not None
 
     def open(self) -> None:
-        """Open the port.
+        """Open the port, so that closing it or dying leaves its control lines as they are: a board
+        that resets when they rise is not reset by who opens it next, to vent.
 
         Raises:
             DriverError: It does not open.
@@ -42,6 +48,22 @@ class SerialLine:
             )
         except (OSError, ValueError) as error:
             raise DriverError(f"serial port {self._port} does not open: {error}") from error
+        with suppress(termios.error, OSError):  # what is no terminal has no such lines
+            _keep_control_lines(self._line.fileno())
+
+    def greet(self, text: str) -> str:
+        """Ask until something answers: a board may have been reset by the opening of its port.
+
+        Raises:
+            DriverError: Nothing has after `START_S`.
+        """
+        end = time.monotonic() + START_S
+        while True:
+            try:
+                return self.ask(text)
+            except DriverError:
+                if time.monotonic() > end:
+                    raise
 
     def send(self, text: str) -> None:
         """Send a line.
@@ -87,6 +109,12 @@ class SerialLine:
             with suppress(Exception):  # the device may be gone already
                 self._line.close()
             self._line = None
+
+
+def _keep_control_lines(port: int) -> None:
+    settings = termios.tcgetattr(port)
+    settings[2] &= ~termios.HUPCL
+    termios.tcsetattr(port, termios.TCSANOW, settings)
 
 
 def numbers(answer: str, count: int, asked: str) -> list[float]:

@@ -13,6 +13,10 @@ from typing import Any
 
 from pneumorph.base.optional_package import optional_package
 from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.serial_line import numbers
+
+_CLOSE_V = 0.005
+"""Outputs are set in steps of a millivolt; more is another setting [V]."""
 
 
 class Supply9129B:
@@ -95,6 +99,20 @@ class Supply9129B:
             self._connect()
         self._write(_set(volts))
 
+    def confirm(self, volts: Sequence[float]) -> None:
+        """Ask what the outputs are set to.
+
+        Raises:
+            DriverError: It is something else, or the supply does not answer in time or senselessly.
+        """
+        answer = self._query("APP:VOLT?")
+        found = numbers(answer, len(volts), "APP:VOLT?")
+        if any(abs(own - asked) > _CLOSE_V for own, asked in zip(found, volts, strict=True)):
+            raise DriverError(
+                f"the supply's outputs are set to {answer} V, expected "
+                f"{', '.join(f'{volt:.3f}' for volt in volts)}: it has not taken that"
+            )
+
     def close(self) -> None:
         """Let go of the instrument; never raises."""
         if self._instrument is not None:
@@ -112,6 +130,8 @@ class Supply9129B:
             self._instrument.timeout = self._timeout_ms
             if self._resource.upper().startswith("ASRL"):
                 self._instrument.baud_rate = self._baud_rate
+            # Whoever sent it a message before, it may be busy with that.
+            self._free_at = max(self._free_at, time.monotonic() + self._command_time_s)
         except (self._visa.errors.Error, OSError, ValueError) as error:
             self._instrument = None
             raise DriverError(f"{self._resource} does not open: {error}") from error

@@ -302,6 +302,9 @@ class VirtualRig:
         """Command zero."""
         self.regulators.target_kPa = np.zeros_like(self.regulators.target_kPa)
 
+    def confirm(self) -> None:
+        """It always takes what it is told."""
+
     def close(self) -> None:
         """Nothing to let go of."""
 

@@ -69,13 +69,16 @@ class _Wire:
         self._do("vent")
         self._pressure = np.zeros(3)
 
+    def confirm(self) -> None:
+        self._do("confirm")
+
     def close(self) -> None:
         self.told.append("close")
 
     @property
     def obeyed(self) -> list[str]:
         """What it was told, but for the questions."""
-        return [verb for verb in self.told if verb != "sense"]
+        return [verb for verb in self.told if verb not in ("sense", "confirm")]
 
 
 def _deployed(driver: _Wire, log: Path) -> DeploymentReport:
@@ -112,17 +115,58 @@ def test_after_a_fault_zero_is_proven_on_a_new_connection(tmp_path: Path) -> Non
 def test_a_dead_wire_that_takes_everything_is_found_out(
     kind: type[Exception], tmp_path: Path
 ) -> None:
-    """The old connection swallows zero without an error; the new one finds nobody."""
+    """The old connection swallows zero without an error; the new one finds nobody, nor sensors."""
 
     def gone(wire: _Wire, verb: str) -> None:
         _lost(wire, verb)
-        if verb == "vent" and wire.connections == 2:
+        if verb in ("vent", "sense") and wire.connections == 2:
             raise kind("nobody answers")
 
     report = _deployed(_Wire(gone), tmp_path / "log.csv")
     assert not report.vented
     events = [text for _, text in read_log(tmp_path / "log.csv").events]
     assert events[-2:] == ["vent failed: nobody answers", "NOT VENTED: cut the supply by hand"]
+
+
+def _hung(wire: _Wire, verb: str) -> None:
+    """Firmware that hangs in mid-gait: the port takes every line, and nothing answers."""
+    if verb in ("command", "sense", "confirm") and wire.told.count("command") >= 3:
+        raise DriverError("no answer")
+
+
+def test_a_zero_that_nothing_answers_is_not_taken(tmp_path: Path) -> None:
+    wire = _Wire(_hung)
+    report = _deployed(wire, tmp_path / "log.csv")
+    assert wire.obeyed[-4:] == ["vent", "close", "vent", "close"]
+    assert not report.vented
+    assert report.ending == "NOT VENTED: cut the supply by hand"
+    events = [text for _, text in read_log(tmp_path / "log.csv").events]
+    assert events[-2:] == ["vent failed: no answer", "NOT VENTED: cut the supply by hand"]
+
+
+def test_pressures_that_fall_prove_a_zero_that_nothing_answers(tmp_path: Path) -> None:
+    """A supply whose answers are lost, with sensors of their own."""
+
+    def silent(wire: _Wire, verb: str) -> None:
+        _lost(wire, verb)
+        if verb == "confirm":
+            raise DriverError("no answer")
+
+    report = _deployed(_Wire(silent), tmp_path / "log.csv")
+    assert report.vented
+    assert report.ending == "vented, and the pressure fell"
+    assert read_log(tmp_path / "log.csv").events[-1][1] == "vented"
+
+
+def test_a_good_end_whose_zero_nothing_answers_is_none(tmp_path: Path) -> None:
+    def silent(wire: _Wire, verb: str) -> None:
+        if verb in ("sense", "confirm") and "vent" in wire.told:
+            raise DriverError("no answer")
+
+    wire = _Wire(silent)
+    report = _deployed(wire, tmp_path / "log.csv")
+    assert wire.obeyed[-4:] == ["vent", "close", "vent", "close"]
+    assert (report.completed, report.vented) == (False, False)
 
 
 @pytest.mark.parametrize("kind", [DriverError, RuntimeError])

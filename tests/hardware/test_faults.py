@@ -26,10 +26,10 @@ from helpers.scpi_instrument import ScpiInstrument
 from pneumorph.base.settings import save_settings
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.analog_rig import AnalogRig
-from pneumorph.hardware.deployment import DeploymentReport, deploy
+from pneumorph.hardware.deployment import NOT_VENTED, DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog, read_log
-from pneumorph.hardware.driver import WallClock
-from pneumorph.hardware.guardian import Guardian
+from pneumorph.hardware.driver import DriverError, WallClock
+from pneumorph.hardware.guardian import Guardian, vent
 from pneumorph.hardware.rig import Channel, RigSettings, SafetySettings
 from pneumorph.hardware.schedule import plan_schedule
 
@@ -42,7 +42,7 @@ GAIT = ExpertGait(period_s=2.0, duration_s=8.0)
 
 @pytest.fixture
 def supply() -> Iterator[ScpiInstrument]:
-    instrument = ScpiInstrument()
+    instrument = ScpiInstrument(busy_s=0.04)  # clocks and sockets are exact to a few milliseconds
     yield instrument
     instrument.close()
 
@@ -65,6 +65,10 @@ class _SensedRig(AnalogRig):
     def command(self, pressure_kPa: np.ndarray) -> None:
         super().command(pressure_kPa)
         self._commanded = pressure_kPa
+
+    def vent(self) -> None:
+        super().vent()
+        self._commanded = np.zeros(3)
 
     def sense(self) -> np.ndarray:
         sensed = self._commanded + 0.2 * self._rng.standard_normal(3)
@@ -102,13 +106,62 @@ def test_supply_answers_late_not_at_all_or_garbage(
     report, broken = _run(supply, tmp_path / "log.csv", fault)
     assert not report.completed
     assert reason in report.reason
-    assert report.vented
+    assert not report.vented  # as far as anybody knows: nothing answers, and nothing is sensed
     # The first sign is the next command's unanswered check: at most one update interval later.
     first_sign = broken + RigSettings().update_interval_s
     zeroed = supply.zeroed_after(broken)
     assert zeroed is not None
     assert broken + zeroed - first_sign < LIMIT_S
-    _assert_log_is_complete(tmp_path / "log.csv", report)
+    _assert_log_is_complete(tmp_path / "log.csv", report, NOT_VENTED)
+
+
+class _Beats:
+    """When a guardian was told that the process lives."""
+
+    def __init__(self) -> None:
+        self.at_s: list[float] = []
+
+    def beat(self) -> None:
+        self.at_s.append(time.monotonic())
+
+
+def test_a_late_answer_does_not_look_like_a_dead_process(
+    supply: ScpiInstrument, tmp_path: Path
+) -> None:
+    """By the usual times, of which a 9129B needs most: the guardian would kill its own run."""
+    rig = RigSettings(driver="9129b", resource=supply.resource)
+    beats, driver = _Beats(), _SensedRig(rig)
+    timer = threading.Timer(1.5, lambda: supply.fail("late"))
+    timer.start()
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        report = deploy(plan_schedule(GAIT, rig), driver, rig, log, WallClock(), beats)
+    timer.join()
+    assert "SYST:ERR" in report.reason
+    assert np.diff(beats.at_s).max() < rig.safety.watchdog_s
+    assert len(beats.at_s) > 10
+
+
+def test_a_zero_right_after_another_s_message_arrives(supply: ScpiInstrument) -> None:
+    """As of the guardian, a moment after the deploying process sent its last one and died."""
+    rig = _rig(supply)
+    driver = AnalogRig(rig)
+    driver.open()
+    driver.command(np.full(3, 50.0))
+    assert vent(AnalogRig(rig), 1, confirmed=True) == []
+    assert not any(supply.last_volts())
+
+
+def test_a_zero_that_the_supply_has_not_taken_is_sent_again(supply: ScpiInstrument) -> None:
+    driver = AnalogRig(_rig(supply))
+    driver.open()
+    driver.command(np.full(3, 50.0))
+    with pytest.raises(DriverError, match=r"outputs are set to 5\.000,5\.000,5\.000 V, expected 0"):
+        driver.confirm()
+    supply.fail("silent")
+    with pytest.raises(DriverError, match=r"'APP:VOLT\?' failed"):
+        vent(driver, 2, confirmed=True)
+    supply.fail("")
+    assert vent(driver, 2, confirmed=True) == []
 
 
 def test_cable_pulled_and_plugged_in_again(supply: ScpiInstrument, tmp_path: Path) -> None:
@@ -232,12 +285,12 @@ def test_hard_limits_are_refused_by_the_driver(supply: ScpiInstrument) -> None:
     assert not any(any(v) for _, v in supply.volts)
 
 
-def _assert_log_is_complete(path: Path, report: DeploymentReport) -> None:
+def _assert_log_is_complete(path: Path, report: DeploymentReport, end: str = "vented") -> None:
     log = read_log(path)
     assert len(log.time_s) == report.sample_count
     assert log.events[0][1] == "start"
     assert any(text.startswith("stopped: ") for _, text in log.events)
-    assert log.events[-1][1] == "vented"
+    assert log.events[-1][1] == end
 
 
 def _commands(path: Path) -> int:

@@ -56,6 +56,12 @@ def test_rigs_that_cannot_be_safe_are_refused() -> None:
         Channel(command_volt_at_zero=-1.0)
     with pytest.raises(ValueError, match="expected less than the watchdog's"):
         RigSettings(sample_interval_s=0.5)
+    slow = {"driver": "serial", "resource": "/dev/ttyACM0", "reply_timeout_s": 0.3}
+    with pytest.raises(ValueError, match=r"twice reply_timeout_s are 0\.6 s, .*watchdog_s, 0\.45"):
+        RigSettings(**slow)
+    RigSettings(**slow, safety=SafetySettings(watchdog_s=0.7))
+    with pytest.raises(ValueError, match=r"twice command_time_s and reply_timeout_s are 0\.6 s"):
+        RigSettings(driver="9129b", resource="ASRL1::INSTR", command_time_s=0.2)
     with pytest.raises(ValueError, match=r"must be at least -50 and below 0, got 0\.0; sensors"):
         SafetySettings(lowest_sensed_kPa=0.0)
     with pytest.raises(ValueError, match="residual_kPa must be finite, got nan"):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import pty
 import select
+import termios
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -21,7 +23,8 @@ pytest.importorskip("serial")
 class _Controller:
     """Firmware: follows commands at once and senses what it was told."""
 
-    def __init__(self, greeting: str = "pneumorph 3") -> None:
+    def __init__(self, greeting: str = "pneumorph 3", deaf_s: float = 0.0) -> None:
+        self._hears_from = time.monotonic() + deaf_s
         self._end, self._other = pty.openpty()
         self.port = os.ttyname(self._other)
         self.received: list[str] = []
@@ -51,6 +54,8 @@ class _Controller:
         os.close(self._other)
 
     def _obey(self, line: str) -> None:
+        if time.monotonic() < self._hears_from:
+            return
         self.received.append(line)
         if line.startswith("P "):
             self.pressure = line[2:]
@@ -83,6 +88,34 @@ def test_commands_and_readings(controller: _Controller) -> None:
     controller.vented.clear()
     driver.vent()
     assert controller.vented.wait(1.0)
+    driver.close()
+
+
+def test_a_board_that_its_port_s_opening_resets_is_waited_for() -> None:
+    controller = _Controller(deaf_s=0.7)
+    driver = _driver(controller)
+    driver.open()
+    assert controller.vented.wait(1.0)
+    driver.close()
+
+
+def test_who_opens_the_port_next_resets_no_board(controller: _Controller) -> None:
+    """Its control lines stay up when it is closed, or when the process dies."""
+    line = SerialLine(controller.port, 9600, 0.2)
+    line.open()
+    assert not termios.tcgetattr(line._line.fileno())[2] & termios.HUPCL
+    line.close()
+
+
+def test_a_controller_that_hangs_confirms_nothing(controller: _Controller) -> None:
+    driver = _driver(controller)
+    driver.open()
+    driver.vent()
+    driver.confirm()
+    controller.fault = "silent"
+    driver.vent()
+    with pytest.raises(DriverError, match="did not answer 'S'"):
+        driver.confirm()
     driver.close()
 
 

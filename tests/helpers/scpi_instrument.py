@@ -7,15 +7,21 @@ import threading
 import time
 from contextlib import suppress
 
+import numpy as np
+
 
 class ScpiInstrument:
     """Answers like the supply, notes what it was told and when, and fails as it is asked to.
 
     The faults: ``silent`` answers nothing, ``late`` a second late, ``garbage`` senselessly, ``cut``
     drops the connection (and accepts a new one). Commands are still obeyed.
+
+    Args:
+        busy_s: It loses what reaches it so soon after the message before [s].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, busy_s: float = 0.0) -> None:
+        self._busy_s, self._told_at = busy_s, -np.inf
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         self.fault = ""
@@ -81,13 +87,20 @@ class ScpiInstrument:
             return
 
     def _obey(self, message: str, connection: socket.socket) -> None:
-        if message.startswith("APP:VOLT"):
+        with self.lock:
+            busy = time.monotonic() - self._told_at < self._busy_s
+            self._told_at = time.monotonic()
+        if busy:
+            return
+        if message.startswith("APP:VOLT "):
             volts = tuple(float(v) for v in message.removeprefix("APP:VOLT").split(","))
             with self.lock:
                 self.volts.append((time.monotonic(), volts))
         if not message.endswith("?") or self.fault == "silent":
             return
         answer = {"*IDN?": "B&K Precision, 9129B, 123456, 1.0"}.get(message, "0,'No Error'")
+        if message == "APP:VOLT?":
+            answer = ",".join(f"{volt:.3f}" for volt in self.last_volts())
         if self.fault == "garbage":
             answer = "\x07#!"
         if self.fault == "late":
