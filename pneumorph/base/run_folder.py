@@ -164,7 +164,8 @@ def _read(folder: Path, name: str) -> dict[str, Any]:
             f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
             + (
                 f", but has {SETTINGS}: a run may have been stopped there, and the same command "
-                "with the same --out goes on with it (coopt with --resume)"
+                "with the same --out goes on with it (coopt with --resume; deploy begins anew "
+                "with another --out)"
                 if stopped
                 else ""
             )

@@ -72,7 +72,10 @@ def run(options: DeployOptions, folder: RunFolder) -> DeployedGait:
 
 def _wait_for_person(number: int) -> None:
     if sys.stdin is not None and sys.stdin.isatty():
-        input(f"Place the robot for trial {number} and press Enter. ")
+        # Standard output may be a file of the summary.
+        print(f"Place the robot for trial {number} and press Enter. ", file=sys.stderr, flush=True)
+        if not sys.stdin.readline():  # Ctrl-D
+            raise KeyboardInterrupt
 
 
 VERB = Verb(DeployOptions, run, taken_over=lambda options: robot_of_source(options.source))

@@ -3,7 +3,8 @@
 Takes folders of `pneumorph deploy`, each as LABEL=FOLDER or FOLDER, whose trials hold a log and the
 marker's track (time_s,x_mm,y_mm, or a table of Tracker, DeepLabCut or SLEAP, see --video). Each
 design is simulated with the commands that were sent and compared with its trials: reward per step,
-commanded against sensed pressure, backsliding, mean and spread, and the transfer ratio.
+commanded against sensed pressure, backsliding, mean and spread, and the transfer ratio, of what the
+last robot was taught (degrees of one that turns) where all tracks tell it.
 
 Writes the paper's two comparison figures, transfer_rewards and transfer_gaits (PNG and PDF), the
 simulations as simulated_LABEL.npz, and comparison.json.

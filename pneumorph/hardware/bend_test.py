@@ -157,16 +157,21 @@ def equal_bend_pairs(
 ) -> PressurePairs:
     """Find the simulated pressure of equal bend for each measurement.
 
-    A bend that is not above zero says only that the simulated pressure is zero or cut off there
-    (`PressureMap`), so it takes no part in the line.
+    Where a bend is not above zero the simulated pressure is zero or cut off (`PressureMap`), and
+    what is measured there and below, and without pressure, is noise, of which the positive half
+    would tilt the line: these pressures take no part in it.
 
     Raises:
-        ValueError: A bend beyond the curve, or fewer than three bends above zero.
+        ValueError: A bend beyond the curve, or fewer than three bends at pressures that bend the
+            leg.
     """
-    bent = bend_deg > 0.0
+    straight = pressure_kPa[~(bend_deg > 0.0)]
+    bent = pressure_kPa > straight.max(initial=0.0)
     if bent.sum() < 3:
+        above = int((bend_deg > 0.0).sum())
         raise ValueError(
-            f"{int(bent.sum())} measured bends are above zero, expected at least 3; bends are "
-            "counted positive towards the paper side"
+            f"{above} measured bends are above zero, {int(bent.sum())} of them at pressures above "
+            "that of the last one that is not, expected at least 3; bends are counted positive "
+            "towards the paper side"
         )
     return PressurePairs(pressure_kPa[bent], curve.pressure(bend_deg[bent]))

@@ -147,6 +147,12 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
     )
 
 
+def says_its_units(path: Path) -> bool:
+    """Whether a track is of our own format: another program's takes `VideoSettings` to be read."""
+    lines = (line for line in read_text(path, "track").splitlines() if not line.startswith("#"))
+    return "time_s" in next(lines, "").replace(";", ",").replace("\t", ",").split(",")
+
+
 def write_track(path: Path | str, track: MarkerTrack) -> Path:
     """Write a track in the package's own format."""
     known = track.turned_deg is not None

@@ -25,6 +25,7 @@ class ComparedPath:
         measured: The same of each trial, (trial, time).
         step_s: Length of a step, over which a reward is counted [s].
         cycle_s: Length of a cycle, over which a slide back is counted [s].
+        simulated_whole: Whether the simulation came to its end; where not there is no ratio.
     """
 
     goal: Goal
@@ -33,6 +34,7 @@ class ComparedPath:
     measured: np.ndarray
     step_s: float
     cycle_s: float
+    simulated_whole: bool = True
 
     @property
     def simulated_end(self) -> float:
@@ -56,8 +58,10 @@ class ComparedPath:
 
     @property
     def transfer_ratio(self) -> float | None:
-        """Measured over simulated; None where the simulation achieves nothing."""
-        return None if abs(self.simulated_end) < 1e-6 else self.mean / self.simulated_end
+        """Measured over simulated; None where the simulation achieves nothing or fails."""
+        if not self.simulated_whole or abs(self.simulated_end) < 1e-6:
+            return None
+        return self.mean / self.simulated_end
 
     def step_rewards(self) -> tuple[np.ndarray, np.ndarray]:
         """What is achieved in each step: by the simulation (step,), by each trial (trial, step)."""
@@ -152,17 +156,7 @@ def compare_trials(
     Raises:
         ValueError: No trial, paths shorter than one step, or a goal that a track does not tell of.
     """
-    if not trials:
-        raise ValueError(f"{label} has no trials, expected at least one")
-    last = float(simulated.time_s[-1])
-    end = min(last, *(float(t.track.time_s[-1]) for t in trials))
-    # A camera's last frame lies up to a frame before the end.
-    end = min(last, end + sample_s)
-    if end < step_s:
-        raise ValueError(
-            f"{label}: simulation and tracks have {end:g} s in common, expected at least one step "
-            f"of {step_s:g} s; times of a track count from the gait's start"
-        )
+    end = check_length(label, float(simulated.time_s[-1]), trials, step_s, sample_s)
     time_s = np.linspace(0.0, end, round(end / sample_s) + 1)
 
     def compared(what: Goal) -> ComparedPath:
@@ -175,7 +169,8 @@ def compare_trials(
                 "second marker in front of the first, or a column turned_deg"
             )
         ours = np.interp(time_s, simulated.time_s, what.along(simulated))
-        return ComparedPath(what, time_s, ours, np.array(told), step_s, cycle_s)
+        whole = simulated.status == "completed"
+        return ComparedPath(what, time_s, ours, np.array(told), step_s, cycle_s, whole)
 
     turned = [trial.track.achieved(Goal("turn_left"), end) for trial in trials]
     distance = compared(FORWARD)
@@ -187,6 +182,37 @@ def compare_trials(
         float(np.interp(end, simulated.time_s, simulated.turned_deg)),
         tuple(each for each in turned if each is not None),
     )
+
+
+def check_length(
+    label: str,
+    simulated_s: float,
+    trials: Sequence[Trial],
+    step_s: float,
+    sample_s: float = 0.05,
+) -> float:
+    """How much simulation and trials have in common [s].
+
+    Args:
+        label: Name of the robot.
+        simulated_s: Length of the simulation [s].
+        trials: The trials.
+        step_s: Length of a step, over which a reward is counted [s].
+        sample_s: A camera's last frame lies up to so much before the end [s].
+
+    Raises:
+        ValueError: No trial, or less than one step.
+    """
+    if not trials:
+        raise ValueError(f"{label} has no trials, expected at least one")
+    tracked_s = min(float(trial.track.time_s[-1]) for trial in trials)
+    common_s = min(simulated_s, tracked_s + sample_s)
+    if common_s < step_s:
+        raise ValueError(
+            f"{label}: simulation and tracks have {common_s:g} s in common, expected at least one "
+            f"step of {step_s:g} s; times of a track count from the gait's start"
+        )
+    return common_s
 
 
 def pressure_tracking(trial: Trial) -> dict[str, float | None]:

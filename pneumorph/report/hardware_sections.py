@@ -9,8 +9,13 @@ import numpy as np
 
 from pneumorph.hardware.deployment import DeploymentReport
 from pneumorph.hardware.deployment_log import read_log
-from pneumorph.hardware.marker_track import read_track
-from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, read_trial, trial_folders
+from pneumorph.hardware.marker_track import (
+    MarkerTrack,
+    VideoSettings,
+    read_track,
+    says_its_units,
+)
+from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, Trial, read_trial, trial_folders
 from pneumorph.report import page
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.page import Section
@@ -21,7 +26,7 @@ from pneumorph.report.walk_figures import step_figure
 from pneumorph.study.deployed_gait import BENDS_FILE, DeployedGait
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import NORMAL_95, FittedCalibration
-from pneumorph.study.transfer import Transfer
+from pneumorph.study.transfer import ComparedRobot, Transfer, whole_trials
 from pneumorph.trajectory import Trajectory
 
 
@@ -40,14 +45,14 @@ def deployment_sections(found: DeployedGait, run: FinishedRun, sheet: Sheet) -> 
 
 
 def _trials_section(found: DeployedGait, run: FinishedRun, sheet: Sheet) -> Section:
-    logs, tracks = [], []
+    logs, tracks = [], dict[str, MarkerTrack]()
     for folder in trial_folders(run.folder):
         log = read_log(folder / LOG_FILE)
         if len(log.time_s):
             logs.append(log)
         files = sorted(folder.glob(TRACK_PATTERN))
-        if len(files) == 1:
-            tracks.append(read_track(files[0], None))
+        if len(files) == 1 and says_its_units(files[0]):
+            tracks[folder.name.replace("_", " ")] = read_track(files[0])
     caption = "Commanded (dashed) and sensed pressures, the first trial boldly"
     caption += "; below, the marker's travel." if tracks else "."
     names = ["trial", *(each.name for each in fields(DeploymentReport)), "distance_cm"]
@@ -110,18 +115,30 @@ def _replay_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[Se
     """Return each simulated robot beside the first of its trials that is still on disk."""
     sections = []
     for each in found.robots:
-        label, deployed, simulated = each.label, Path(each.run), run.folder / each.trajectory
+        label, simulated = each.label, run.folder / each.trajectory
         if not simulated.exists():
             continue
-        actors: list[Actor | MarkerActor] = [
-            Actor.of(Trajectory.load(simulated), f"{label} simulated")
-        ]
-        if deployed.exists():
-            trial = read_trial(trial_folders(deployed)[0])
+        walked = Trajectory.load(simulated)
+        actors: list[Actor | MarkerActor] = [Actor.of(walked, f"{label} simulated")]
+        duration_s = float(walked.time_s[-1])
+        if (trial := _first_trial(each, found.step_s, duration_s, run)) is not None:
             actors.append(MarkerActor.of(trial, f"{label} {trial.name.replace('_', ' ')}"))
         replay = sheet.replayed(actors, "The simulation, and the marker of the first trial.")
         sections.append(Section(f"Replay of {label}", replay))
     return sections
+
+
+def _first_trial(
+    robot: ComparedRobot, step_s: float, duration_s: float, run: FinishedRun
+) -> Trial | None:
+    """The first trial that was compared, if all are still on disk."""
+    video = run.structured("settings.video", VideoSettings)
+    try:
+        trials = [read_trial(each, video) for each in trial_folders(Path(robot.run))]
+    except FileNotFoundError:
+        return None
+    whole, _ = whole_trials(robot.label, trials, duration_s, step_s)
+    return whole[0]
 
 
 def _summed_steps(found: Transfer) -> dict[str, tuple[np.ndarray, np.ndarray]]:

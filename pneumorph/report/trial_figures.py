@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,12 +43,14 @@ _MEASURED = BASELINE_COLOUR
 
 
 @figure_style()
-def trials_figure(logs: Sequence[LoggedPressures], tracks: Sequence[MarkerTrack] = ()) -> Figure:
+def trials_figure(
+    logs: Sequence[LoggedPressures], tracks: Mapping[str, MarkerTrack] | None = None
+) -> Figure:
     """Return pressures over time, a panel a channel, and below the travel where it was tracked.
 
     Args:
         logs: Log of each trial, with at least one sample.
-        tracks: Track of each trial that has one.
+        tracks: Track of each trial that has one, by its name.
 
     Raises:
         ValueError: No log.
@@ -62,10 +64,10 @@ def trials_figure(logs: Sequence[LoggedPressures], tracks: Sequence[MarkerTrack]
         len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
     )[:, 0]  # fmt: skip
     _draw_channels(panels[:channels], logs, labelled=True)
-    for number, track in enumerate(tracks):
+    for number, (name, track) in enumerate((tracks or {}).items()):
         colour = REGULATOR_COLOURS[number % len(REGULATOR_COLOURS)]
         panels[-1].plot(track.time_s, track.forward_cm(track.time_s), color=colour, linewidth=1.1,
-                        label=f"trial {number + 1}")  # fmt: skip
+                        label=name)  # fmt: skip
     if tracks:
         zero_line(panels[-1])
         panels[-1].set_ylabel("forward distance (cm)")

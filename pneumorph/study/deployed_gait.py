@@ -197,6 +197,7 @@ def deploy_gait(
     """
     start = time.monotonic()
     settings.refuse_source_of_bend_test(source)
+    _refuse_measured(folder)
     rig = RigSettings() if settings.rig is None else load_rig(settings.rig)
     settings.refuse_unused(rig.driver)
     spec = robot.spec()
@@ -225,6 +226,8 @@ def deploy_gait(
         rig = with_air(rig, spec, design)
         rig.air.check_supply(schedule.pressure_kPa)
         PressureWatch(rig)  # a rig that cannot be watched is refused, though nothing be sent yet
+        if rig.driver != "virtual":
+            open_driver(rig)  # nor one whose driver cannot be: it is not connected yet
     except ValueError as error:
         if settings.rig is None:
             raise
@@ -271,6 +274,19 @@ def _say_what_is_taken(plan: _Plan, robot: RobotOptions, spec: RobotSpec) -> Non
             f"the robot behind the virtual rig is of finite elements: about {minutes:.0f} min for "
             f"each of {settings.trials} trials of {plan.schedule.duration_s:g} s on an idle "
             "machine; --model reduced takes seconds"
+        )
+
+
+def _refuse_measured(folder: RunFolder) -> None:
+    """Keep what was measured: a trial is not made again, and two robots' are not mixed.
+
+    Raises:
+        ValueError: The folder has trials.
+    """
+    if any(folder.path.glob(f"*/{LOG_FILE}")):
+        raise ValueError(
+            f"{folder.path} holds the trials of an earlier deployment, expected a folder of its "
+            "own for each: they would be overwritten, or mixed with these; choose another --out"
         )
 
 
@@ -358,21 +374,20 @@ def _each_trial(
     """
     folder, count = plan.folder, plan.settings.trials
     trials: list[TrialOutcome] = []
-    for number in range(1, count + 1):
-        name = f"trial_{number}"
-        folder.progress.stage(f"trial {number} of {count}")
-        outcome = trial(number, name)
-        trials.append(outcome)
-        if not outcome.completed:
-            message = (
-                f"{name} was stopped after {outcome.ended_s:.2f} s: {outcome.reason}; "
-                f"{outcome.ending}; its log is {folder.path / name / LOG_FILE}"
-            )
-            try:
-                folder.save_summary(result_to_dict(replace(planned, trials=tuple(trials))))
-            except OSError as error:  # a full disk must not hide what to do at the rig
-                message += f"; the summary cannot be written: {error}"
-            raise DriverError(message)
+    try:
+        for number in range(1, count + 1):
+            name = f"trial_{number}"
+            folder.progress.stage(f"trial {number} of {count}")
+            trials.append(outcome := trial(number, name))
+            if not outcome.completed:
+                raise DriverError(
+                    f"{name} was stopped after {outcome.ended_s:.2f} s: {outcome.reason}; "
+                    f"{outcome.ending}; its log is {folder.path / name / LOG_FILE}"
+                )
+    except BaseException as error:
+        if trials:
+            _save_so_far(replace(planned, trials=tuple(trials)), folder, error)
+        raise
     known = [each.distance_cm for each in trials if each.distance_cm is not None]
     achieved = [each.achieved for each in trials if each.achieved is not None]
     ratios = [each.range_ratio for each in trials if each.range_ratio is not None]
@@ -385,6 +400,16 @@ def _each_trial(
         mean_achieved=float(np.mean(achieved)) if achieved else None,
         notes=() if note is None else (note,),
     )
+
+
+def _save_so_far(found: DeployedGait, folder: RunFolder, error: BaseException) -> None:
+    """Write the summary of the trials so far; where that fails, the error that ended them says so:
+    a full disk must not hide what to do at the rig."""
+    try:
+        folder.save_summary(result_to_dict(found))
+    except OSError as failure:
+        said = f"the summary cannot be written: {failure}"
+        error.args = (f"{error}; {said}",) if str(error) else (said,)
 
 
 def _reality(settings: DeploymentSettings, robot: RobotOptions) -> VirtualReality:

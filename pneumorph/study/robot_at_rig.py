@@ -31,8 +31,22 @@ def with_air(rig: RigSettings, spec: RobotSpec, design: Design | None) -> RigSet
     if design is None:
         chambers = (float(spec.module.reduced.cavity_volume.sum()),) * len(rig.channels)
     else:
-        chambers = spec.chambers_mm3(design)
+        chambers = _of_channels(spec.chambers_mm3(design), len(rig.channels))
     return replace(rig, air=air, chambers_mm3=chambers)
+
+
+def _of_channels(chambers_mm3: tuple[float, ...], count: int) -> tuple[float, ...]:
+    """Volumes behind a rig's channels, of those behind a robot's regulators.
+
+    Raises:
+        ValueError: There are more or fewer channels than regulators with a leg.
+    """
+    if len(chambers_mm3) < count or any(chambers_mm3[count:]):
+        raise ValueError(
+            f"the robot has {len(chambers_mm3)} regulators, the rig {count} channels, expected one "
+            "for each: give the rig's file as many [[channels]]"
+        )
+    return chambers_mm3[:count]
 
 
 def calibrated(

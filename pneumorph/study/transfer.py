@@ -19,7 +19,12 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
-from pneumorph.hardware.trial_comparison import TrialComparison, compare_trials, pressure_tracking
+from pneumorph.hardware.trial_comparison import (
+    TrialComparison,
+    check_length,
+    compare_trials,
+    pressure_tracking,
+)
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
@@ -31,12 +36,12 @@ from pneumorph.study.recorded_walk import Model, recorded_walk
 
 @dataclass(frozen=True)
 class TransferSettings(Checked):
-    """The simulation, and over which times distances are counted."""
+    """The simulation, and over which times is counted what the robots achieve."""
 
     model: Model = "reduced"
     """Model of the simulated robots: reduced, or finite elements (minutes each)."""
     step_s: Positive = 1.0
-    """Length of a step [s]; the reward is the distance covered in each."""
+    """Length of a step [s]; the reward is what is achieved in each."""
     cycle_s: Positive = 4.0
     """Length of a gait cycle [s]; the slide back is counted within each."""
     video: VideoSettings = field(default_factory=VideoSettings)
@@ -119,9 +124,12 @@ class Transfer:
     """What of it the last robot's simulation achieved [its unit]; None as in the robots."""
     mean_achieved: float | None = None
     """The same of the last robot's trials."""
+    achieved_spread: float | None = None
+    """Standard deviation over them; None of a single one."""
     figures: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    """Trials that were left out, or cut the comparison short."""
+    """Trials that were left out or cut the comparison short, simulations that did not come to their
+    end, and robots that were taught something else than what is compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +175,12 @@ def transfer(
         folder.progress.stage(f"simulating {each.label} ({number} of {len(runs)})")
         compared.append(_compared(spec, each, settings, folder, goal))
         counted = compared[-1].counted
+        if not counted.simulated_whole:
+            notes.append(
+                f"the simulation of {each.label} ended after {counted.time_s[-1]:.2f} s of "
+                f"{each.gait.duration_s:g} s: what was measured until then stands beside it, and "
+                "there is no ratio"
+            )
         folder.progress.say(
             f"{each.label}: {goal.label} {goal.said(counted.mean)} measured, "
             + ("" if counted.spread is None else f"deviation {goal.said(counted.spread)}, ")
@@ -176,7 +190,8 @@ def transfer(
         _robot(each, comparison, compared[0])
         for each, comparison in zip(deployed, compared, strict=True)
     )
-    write_json(folder / "comparison.json", {"robots": [result_to_dict(robot) for robot in robots]})
+    told = {"goal": goal.label, "unit": goal.unit, "robots": [*map(result_to_dict, robots)]}
+    write_json(folder / "comparison.json", told)
     last = robots[-1]
     found = Transfer(
         model=settings.model,
@@ -192,6 +207,7 @@ def transfer(
         goal=goal,
         simulated_achieved=last.simulated_achieved,
         mean_achieved=last.mean_achieved,
+        achieved_spread=last.achieved_spread,
         notes=tuple(notes),
     )
     return TransferStudy(found, tuple(compared), tuple(each.trials for each in deployed))
@@ -234,13 +250,20 @@ class _Deployed:
     @classmethod
     def read(cls, label: str, run: Path, settings: TransferSettings, notes: list[str]) -> _Deployed:
         """Read it; what is left out of it goes to the notes."""
-        trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
+        if not (run / SCHEDULE_FILE).is_file():
+            trial_folders(run)  # says what a folder lacks that is none of a deployment
         gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
         if "design" not in comments:
             raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
+        trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
         trials, told = whole_trials(label, trials, gait.duration_s, settings.step_s)
         notes += told
+        check_length(label, gait.duration_s, trials, settings.step_s)
         return cls(label, run, gait, Design.parse(comments["design"]), trials)
+
+    def goal(self) -> Goal | None:
+        """What it was taught; None where no summary says so."""
+        return FinishedRun.read(self.run).goal if (self.run / SUMMARY).is_file() else None
 
     def tells_of(self, goal: Goal) -> bool:
         """Whether all tracks tell what of a goal was achieved."""
@@ -248,10 +271,16 @@ class _Deployed:
 
 
 def _goal(deployed: Sequence[_Deployed], notes: list[str]) -> Goal:
-    """What counts: what the last robot was taught, or the distance where tracks do not tell that,
-    which goes to the notes."""
-    run = deployed[-1].run
-    goal = FinishedRun.read(run).goal if (run / SUMMARY).is_file() else FORWARD
+    """What counts: what the last robot was taught, or the distance where nobody knows or tracks do
+    not tell that; what a reader would not expect goes to the notes."""
+    goals = {each.label: each.goal() for each in deployed}
+    goal = goals[deployed[-1].label] or FORWARD
+    unknown = ", ".join(label for label, own in goals.items() if own is None)
+    if unknown:
+        notes.append(f"what {unknown} was taught is not known: its folder has no {SUMMARY}")
+    other = ", ".join(label for label, own in goals.items() if own is not None and own != goal)
+    if other:
+        notes.append(f"{other} was taught something else than the {goal.label} that is compared")
     silent = ", ".join(each.label for each in deployed if not each.tells_of(goal))
     if not silent:
         return goal
@@ -279,8 +308,8 @@ def _robot(
 def whole_trials(
     label: str, trials: Sequence[Trial], duration_s: float, step_s: float
 ) -> tuple[tuple[Trial, ...], list[str]]:
-    """Leave out trials that ended early, where others did not: the shortest decides how much of
-    the others counts.
+    """Leave out trials whose tracks begin late or end early, where others do not: the shortest
+    decides how much of the others counts, and what came before its begin is not known.
 
     Args:
         label: Name of the robot.
@@ -291,11 +320,18 @@ def whole_trials(
     Returns:
         Those to compare, and what to tell.
     """
-    short = [each for each in trials if each.track.time_s[-1] < duration_s - step_s]
+    short = [
+        each
+        for each in trials
+        if each.track.time_s[-1] < duration_s - step_s or each.track.time_s[0] > step_s
+    ]
     if not short:
         return tuple(trials), []
-    told = ", ".join(f"{each.name} after {each.track.time_s[-1]:.2f} s" for each in short)
-    ended = f"{label}: of a gait of {duration_s:g} s the tracks end early: {told}"
+    told = ", ".join(
+        f"{each.name} from {max(each.track.time_s[0], 0.0):.2f} to {each.track.time_s[-1]:.2f} s"
+        for each in short
+    )
+    ended = f"{label}: of a gait of {duration_s:g} s tracks tell of a part: {told}"
     if len(short) == len(trials):
         return tuple(trials), [f"{ended}; what all have in common is compared"]
     return tuple(each for each in trials if each not in short), [f"{ended}; left out"]
@@ -344,7 +380,10 @@ def _ratio(comparison: TrialComparison, first: TrialComparison) -> DistanceRatio
     def over(ours: float, theirs: float) -> float | None:
         return ours / theirs if theirs > 0.0 else None
 
+    whole = comparison.counted.simulated_whole and first.counted.simulated_whole
     return DistanceRatio(
-        simulated=over(comparison.counted.simulated_end, first.counted.simulated_end),
+        simulated=over(comparison.counted.simulated_end, first.counted.simulated_end)
+        if whole
+        else None,
         measured=over(comparison.counted.mean, first.counted.mean),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -104,6 +105,7 @@ def covered(
 
     def walked(seed: int) -> dict[str, Any]:
         rig, folder = hidden_rig(worlds, seed), RunFolder(work / model / str(seed), "deploy")
+        shutil.rmtree(folder.path, ignore_errors=True)  # of a call that was stopped
         distance_cm, why = rig_distance_cm(gait, robot, rig, folder, model)
         return {"distance_cm": distance_cm, "failed": why}
 

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 import pytest
 from helpers.published_pairs import PAPER_PAIRS
 from helpers.run_json import run_json
@@ -16,6 +17,7 @@ from pneumorph.cli import run
 from pneumorph.command.deploy import DeployOptions
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.bend_staircase import BendTestSettings
+from pneumorph.hardware.marker_track import read_track
 from pneumorph.hardware.parameter_fit import ParameterFitSettings
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
@@ -80,6 +82,33 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     assert run(other.split()) == 0
     said = "deployed in the published physics and is simulated in the measured one"
     assert said in capsys.readouterr().err
+
+
+def test_pages_read_another_program_s_track_as_transfer_did(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A table of pixels of a camera that began earlier; the deployment's page does not know them
+    and leaves the path out."""
+    out = tmp_path / "B"
+    asked = f"deploy --physics published --model reduced {SHORT} --trials 1 --out {out}"
+    assert run(asked.split()) == 0
+    seen = read_track(out / "trial_1" / "track.csv")
+    rows = np.column_stack([seen.time_s + 30.0, 5.0 * seen.position_mm])
+    table = "\n".join(f"{t:.4f},{x:.4f},{y:.4f}" for t, x, y in rows)
+    (out / "trial_1" / "track.csv").write_text(f"t,x,y\n{table}\n")
+    video = "--video.units-per-mm 5 --video.start-s 30"
+    compared = f"transfer --physics published B={out} --cycle-s 1 --step-s 0.5 {video}"
+    assert run([*compared.split(), "--out", str(tmp_path / "t")]) == 0
+    for run_folder in (out, tmp_path / "t"):
+        page = tmp_path / f"page_{run_folder.name}"
+        asked = f"report {run_folder} --figure-files --out {page}"
+        assert run(asked.split()) == 0, capsys.readouterr().err
+    assert "below, the marker" not in (tmp_path / "page_B" / "page.html").read_text()
+    assert "B trial 1" in (tmp_path / "page_t" / "page.html").read_text()
+    bends = tmp_path / "bends"
+    asked = f"deploy --bend-test --physics published --model reduced --out {bends}"
+    assert run(asked.split()) == 0
+    assert "is a bend test" in _refused(f"transfer {bends} --out {tmp_path / 'x'}", capsys)
 
 
 def test_a_rig_whose_supply_the_gait_exceeds_is_refused(

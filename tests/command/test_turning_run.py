@@ -167,6 +167,18 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     page = tmp_path / "transfer_page"
     assert run(["report", str(compared), "--figure-files", "--out", str(page)]) == 0
     assert "turn to the left, measured (°)" in (page / "page.html").read_text()
+    unknown, other = tmp_path / "unknown", tmp_path / "other"
+    for copied in (unknown, other):
+        shutil.copytree(out, copied)
+    (unknown / "summary.json").unlink()
+    (other / "summary.json").write_text(json.dumps({**_summary(out), "goal": {"name": "forward"}}))
+    among = tmp_path / "among"
+    assert run(f"transfer {unknown} {other} {out} --out {among}".split()) == 0
+    told = _summary(among)
+    assert told["goal"]["name"] == "turn_left"
+    assert [each.split(" was taught")[0] for each in told["notes"]] == ["what unknown", "other"]
+    shares = told["robots"][2]["distance_over_first"]
+    assert shares == pytest.approx({"simulated": 1.0, "measured": 1.0})
     _forget_the_turn(out / "trial_1" / "track.csv")
     assert run(f"transfer {out} --out {tmp_path / 'one_marker'}".split()) == 0
     blind = _summary(tmp_path / "one_marker")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -291,6 +292,14 @@ def test_travel_to_the_left_counts_where_that_was_asked_for() -> None:
 def test_a_track_that_does_not_tell_of_a_turn_is_refused_where_that_counts() -> None:
     with pytest.raises(ValueError, match="T: the tracks of a do not tell how far the robot turned"):
         compare_trials("T", DESIGN, _simulated(), [_trial("a", _path())], Goal("turn_left"))
+
+
+def test_a_simulation_that_failed_has_no_ratio() -> None:
+    """What it did until then still stands beside what was measured."""
+    failed = replace(_simulated(forward_cm_per_s=1.0), status="diverged")
+    comparison = compare_trials("T", DESIGN, failed, [_trial("a", _path())])
+    assert comparison.distance.transfer_ratio is None
+    assert comparison.distance.simulated_end == pytest.approx(3.9)
 
 
 def test_pressure_delay_is_found() -> None:

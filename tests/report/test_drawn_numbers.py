@@ -79,7 +79,7 @@ def test_trials_are_drawn_channel_by_channel_and_their_way_below() -> None:
     commanded = np.array([[0.0, 90.0], [45.0, 60.0], [20.0, 0.0]])
     logs = [LoggedPressures(time_s, commanded, commanded - number, ()) for number in (1.0, 2.0)]
     track = MarkerTrack(time_s, np.array([[5.0, 0.0], [15.0, 3.0], [45.0, 9.0]]))
-    *panels, way = trials_figure(logs, [track]).axes
+    *panels, way = trials_figure(logs, {"trial 2": track}).axes
     for channel, axes in enumerate(panels):
         commands, first, second = axes.lines
         assert commands.get_label() == "commanded"
@@ -88,7 +88,7 @@ def test_trials_are_drawn_channel_by_channel_and_their_way_below() -> None:
         np.testing.assert_array_equal(second.get_ydata(), commanded[:, channel] - 2.0)
         assert first.get_alpha() > second.get_alpha()
     assert len(panels) == 2
-    (travel,) = (line for line in way.lines if line.get_label() == "trial 1")
+    (travel,) = (line for line in way.lines if line.get_label() == "trial 2")
     np.testing.assert_allclose(travel.get_ydata(), [0.0, 1.0, 4.0])
     assert way.get_ylabel() == "forward distance (cm)"
     with pytest.raises(ValueError, match="logs is empty"):

@@ -1,0 +1,90 @@
+"""What stays of a deployment that is stopped between its trials, and what it never writes over."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.cli import run
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.hardware.deployment import deploy
+from pneumorph.study import deployed_gait
+from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+
+GAIT = ExpertGait(period_s=1.0, duration_s=1.0)
+SETTINGS = DeploymentSettings(expert=GAIT, trials=2, model="reduced")
+
+
+@pytest.fixture
+def second_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C before the second trial begins."""
+    begun: list[int] = []
+
+    def stopped(*arguments: Any) -> Any:
+        begun.append(1)
+        if len(begun) == 2:
+            raise KeyboardInterrupt
+        return deploy(*arguments)
+
+    monkeypatch.setattr(deployed_gait, "deploy", stopped)
+
+
+def _deploy(folder: Path) -> None:
+    deploy_gait(None, SETTINGS, RobotOptions.of("published"), RunFolder(folder, "deploy"))
+
+
+@pytest.mark.usefixtures("second_is_stopped")
+def test_the_summary_tells_of_the_trials_before_an_interrupt(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        _deploy(tmp_path)
+    found = json.loads((tmp_path / "summary.json").read_text())
+    (trial,) = found["trials"]
+    assert trial["completed"]
+    assert found["design"] == "1.0.0.2.2.0.0.1"
+
+
+@pytest.mark.usefixtures("second_is_stopped")
+def test_a_summary_that_cannot_be_written_hides_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("no space left")
+
+    monkeypatch.setattr(RunFolder, "save_summary", full)
+    with pytest.raises(KeyboardInterrupt, match="the summary cannot be written: no space left"):
+        _deploy(tmp_path)
+
+
+def test_measured_trials_are_not_written_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "trial_2" / "log.csv"
+    log.parent.mkdir()
+    log.write_text("measured")
+    asked = f"deploy --expert.duration-s 1 --expert.period-s 1 --dry-run --out {tmp_path}"
+    assert run(asked.split()) == 1
+    assert "holds the trials of an earlier deployment" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["trial_2"]
+
+
+@pytest.mark.parametrize("physics", ["published", "measured"])
+def test_a_rig_of_another_number_of_channels_is_told_before_anything_is_written(
+    physics: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A 9129B has three outputs, the robot of the measured physics three regulators."""
+    rig, gait = tmp_path / "rig.toml", tmp_path / "gait.csv"
+    rig.write_text('driver = "9129b"\nresource = "ASRL1::INSTR"\n[[channels]]\n[[channels]]\n')
+    gait.write_text(
+        "# design: 1.0.0.2.2.0.0.1\ntime_s,regulator_1_kPa,regulator_2_kPa\n"
+        "0,40,0\n1,0,40\n2,0,40\n"
+    )
+    asked = f"deploy {gait} --physics {physics} --rig {rig} --out {tmp_path / 'd'}"
+    assert run(asked.split()) == 1
+    said = capsys.readouterr().err
+    assert "2 channels, expected 3: a 9129B has that many outputs" in said
+    assert not (tmp_path / "d").exists()
