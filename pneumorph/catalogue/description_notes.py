@@ -56,8 +56,8 @@ def forbidden_note(robot: RobotDescription, design: str) -> str | None:
     except ValueError as error:
         why = "it " + str(error).removeprefix(f"design {asked} ")
     return (
-        f"design {design} is none that [designs] of {robot.file or robot.name} allows: {why}; "
-        "whether its legs fit where they are mounted has not been looked at"
+        f"design {design} is none that [designs] of {robot.file or robot.name} allows, and whether "
+        f"its legs fit where they are mounted has not been looked at: {why}"
     )
 
 
