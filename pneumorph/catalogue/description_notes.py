@@ -55,10 +55,7 @@ def forbidden_note(robot: RobotDescription, design: str) -> str | None:
         robot.space.check(asked)
     except ValueError as error:
         why = "it " + str(error).removeprefix(f"design {asked} ")
-    return (
-        f"design {design} is none that [designs] of {robot.file or robot.name} allows, and whether "
-        f"its legs fit where they are mounted has not been looked at: {why}"
-    )
+    return f"design {design} is none that [designs] of {robot.file or robot.name} allows: {why}"
 
 
 def excluding_sites(robot: RobotDescription, design: Design) -> str | None:
