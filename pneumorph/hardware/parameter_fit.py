@@ -215,7 +215,6 @@ class _Problem:
             measured = np.column_stack(
                 [
                     np.interp(time_step_s * chosen, trial.track.time_s, x)
-                    - np.interp(0.0, trial.track.time_s, x)
                     for x in trial.track.position_mm.T
                 ]
             )
@@ -239,8 +238,12 @@ class _Problem:
         parts = []
         for driven, chosen, measured in self._cases:
             path = self._simulate(values, driven)
-            part = path[chosen] - path[0] - measured
-            parts.append(np.where(np.isfinite(part), part, FAILED_MM).ravel())
+            part = path[chosen] - measured
+            sound = np.isfinite(part).all(axis=1)
+            if sound.any():
+                # Where it began is a single frame, whose error would be one of all samples.
+                part = part - part[sound].mean(axis=0)
+            parts.append(np.where(sound[:, None], part, FAILED_MM).ravel())
             self.simulation_count += 1
         if self._progress is not None:
             # How many least squares take is not known before; most end within the limit.
@@ -260,12 +263,12 @@ class _Problem:
         return np.column_stack(columns)
 
     def effective_count(self, residual: np.ndarray) -> float:
-        """Independent samples that correlated residuals amount to."""
+        """Independent samples that correlated residuals amount to, less each course's mean."""
         effective, begin = 0.0, 0
         for _, chosen, _ in self._cases:
             block = residual[begin : begin + 2 * len(chosen)].reshape(-1, 2)
             begin += block.size
-            effective += sum(effective_count(path) for path in block.T)
+            effective += sum(max(effective_count(path) - 1.0, 1.0) for path in block.T)
         return effective
 
 

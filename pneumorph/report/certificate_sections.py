@@ -20,9 +20,8 @@ from pneumorph.report.style import (
 )
 from pneumorph.report.walk_sections import can_be_drawn, replay_section
 from pneumorph.study.certified_pairs import Certificate
-from pneumorph.study.certified_rounds import CERTIFICATE_FOLDER
+from pneumorph.study.certified_rounds import CERTIFICATE_FOLDER, nearest_round
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.measure_next import CHANCE_SHARE
 from pneumorph.study.sensitivity import chance_index
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.training_result import TrainingResult
@@ -101,6 +100,8 @@ def certificate_sections(
 
 def _tuned_in(found: Certificate) -> str:
     count = found.expert.tuning_world_count
+    if all(pair.optimism_error is None for pair in found.pairs):  # of a training in one world
+        return f"{count or ''} worlds drawn to choose in".strip()
     return f"{'' if count is None else f'{count} of '}the training's worlds"
 
 
@@ -177,10 +178,12 @@ def _sensitivity_table(found: Certificate) -> str:
         for each in pair.sensitivities[:_SHOWN_NUMBERS]
     ]  # fmt: skip
     header = ["robot", "number", "share of the variance", "rank correlation"]
+    count = max((len(pair.sensitivities) for pair in found.pairs), default=1)
+    chance = chance_index(found.world_count, numbers=max(count, 1))
     said = (
-        "Shares are estimates: a number that nothing depends on stays below "
-        f"{100.0 * chance_index(found.world_count):.0f} % in 95 of 100 cases, so small ones may be "
-        "chance, and together they may come to more than 100 %."
+        f"Shares are estimates: of {count} numbers that nothing depends on the largest stays below "
+        f"{100.0 * chance:.0f} % in 95 of 100 cases, so small ones may be chance, and together "
+        "they may come to more than 100 %."
     )
     return page.paragraph(said) + page.table(header, rows)
 
@@ -204,7 +207,9 @@ def _full_order_table(found: Certificate) -> str:
         for number, leg in enumerate(found.rounds)
     ]  # fmt: skip
     made = ["new reductions", "leg", "modes", "tetrahedra", "minutes, with fine-tuning"]
-    said = "Bands above are of the last round's leg and gaits."
+    number = nearest_round(found.rounds)
+    whose = f"new reduction {number}" if number else "the run's own leg"
+    said = f"Bands above are of {whose} and its gaits: of these rounds, the nearest."
     return page.paragraph(said) + page.table(header, rows) + page.table(made, legs)
 
 
@@ -221,10 +226,11 @@ def _tests_table(found: Certificate) -> str:
         *map(found.goal.in_unit, ("width then", "narrower by")),
         "how",
     ]
-    chance = 100.0 * CHANCE_SHARE / found.world_count**0.5
+    by_chance = found.chance_narrowing
+    up_to = "" if by_chance is None else f" by up to {found.goal.said(by_chance)}"
     said = (
         f"Of {found.best}'s band, 10th to 90th percentile. By chance alone a test may seem to "
-        f"narrow it by up to {chance:.0f} %, or to widen it. "
+        f"narrow it{up_to}, or to widen it. "
         + (f"Worth most: {found.measure_next}." if found.measure_next else "None does more.")
     )
     return page.paragraph(said) + page.table(header, rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -162,6 +163,12 @@ class Randomisation(Checked):
         for name, text in self._numbers().items():
             named.append((name, text, _BOUNDS.get(name, Bounds(least=0.0))))
         laws = self.distributions
+        for name, count in Counter(name for name, _, _ in self.measured).items():
+            if count > 1:
+                raise ValueError(
+                    f"measured names {name!r} {count} times, expected each number once: combine "
+                    "what was found, by calibrate --bench with all readings in one file, say"
+                )
         for name, value, deviation in self.measured:
             if name not in laws:
                 raise ValueError(f"measured names {name!r}, expected one of {', '.join(laws)}")

@@ -126,7 +126,7 @@ def certify_once(
     folder.progress.stage("recording a median and a bad world")
     record_shown_worlds(spec, walkers[best], worlds, by_pairs[:, best], folder)
     chosen = certified[best]
-    tests = narrowings(evidence.numbers, np.nan_to_num(by_pairs[:, best]))
+    could = narrowings(evidence.numbers, np.nan_to_num(by_pairs[:, best]))
     return Certificate(
         run=str(candidates.run),
         best=chosen.label,
@@ -137,10 +137,11 @@ def certify_once(
         expert_median=(expert_band := Band.of(by_expert)).median,
         share_beyond_expert=chosen.share_beyond_expert,
         optimism=chosen.optimism,
-        measure_next=worth_measuring(tests, len(worlds)),
+        measure_next=worth_measuring(could.tests, could.chance),
         pairs=tuple(certified),
         expert=CertifiedExpert(str(expert.design), phase_deg, expert_band, len(tuning)),
-        tests=tests,
+        tests=could.tests,
+        chance_narrowing=could.chance,
         world_count=len(worlds),
         distributions=settings_to_dict(drawn),
         reduction_digests=reduction_digests(drawn),

@@ -169,6 +169,9 @@ class Certificate:
     wall_s: float
     reduction_digests: dict[str, str] = field(default_factory=dict)
     """Of the other reductions that worlds may have, by their files."""
+    chance_narrowing: float | None = field(default=None, metadata=in_cm("chance_narrowing_cm"))
+    """What the best of the tests would seem to narrow the band by in one of twenty cases in which
+    nothing depended on anything; None in files of earlier versions."""
     rounds: tuple[CertifiedRound, ...] = ()
     """Where pairs walked as finite elements: the run's leg, then each that was reduced again."""
     goal: Goal = FORWARD

@@ -49,6 +49,7 @@ from pneumorph.study.recorded_walk import Model
 
 CALIBRATION_FILE = "calibration.json"
 PAIRS_FILE = "pairs.csv"
+MODULUS = "modulus_factor"
 
 NORMAL_95 = 1.96
 """Standard deviations that a 95 % interval reaches to either side."""
@@ -185,15 +186,19 @@ def calibrate(
     spec = robot.spec()
     calibration = spec.calibration or Calibration(spec.physics.pressure_map)
     pairs, path, filled = None, None, None
+    say = folder.progress.say
     if settings.bends is not None or settings.pairs is not None:
         calibration, pairs = _with_line(calibration, settings, spec, folder)
+        calibration = _without_modulus(calibration, say)
     if settings.air is not None:
         calibration, filled = _with_air(calibration, settings, spec, folder)
     if settings.trials is not None:
-        plain = replace(robot, calibration=None).spec()
+        plain, known_factor = replace(robot, calibration=None).spec(), calibration.modulus_factor
         calibration, path = _with_parameters(calibration, settings, spec, plain, folder)
+        if calibration.modulus_factor != known_factor:
+            calibration = _without_modulus(calibration, say)
     if settings.bench is not None:
-        calibration = _with_bench(calibration, settings.bench, spec, folder.progress.say)
+        calibration = _with_bench(calibration, settings, spec, say)
     file, air = calibration.save(folder / CALIBRATION_FILE), calibration.air
     found = FittedCalibration(
         calibration=str(file),
@@ -308,6 +313,14 @@ def _with_air(
     chambers = spec.chambers_mm3(design)
     folder.progress.stage(f"fitting valves to {len(logs)} logs")
     found = fit_air(logs, spec.physics.air, chambers)
+    others = {n: v for n, v in calibration.measured.items() if n not in _AIR_FACTORS}
+    idle = [str(number) for number, volume in enumerate(chambers, start=1) if volume == 0.0]
+    if idle:
+        folder.progress.say(
+            f"{design} has no leg on regulator {', '.join(idle)}: its valves are as they were, and "
+            "worlds stay as wide as they are drawn; deploy a design that uses all regulators to "
+            "narrow them"
+        )
     said = {
         **_provenance(settings.air, spec),
         "trials": [each.name for each in folders],
@@ -322,7 +335,7 @@ def _with_air(
             **calibration.fit,
             "air": {"rms_kPa": found.rms_kPa, "sample_count": found.sample_count},
         },
-        measured={**calibration.measured, **_factors_of_air(found.intervals)},
+        measured=others if idle else {**others, **_factors_of_air(found.intervals)},
         source={**calibration.source, "air": said},
     )
     courses = [
@@ -332,27 +345,60 @@ def _with_air(
     return fitted, (logs[0], np.column_stack(courses))
 
 
+_AIR_FACTORS = ("filling_factor", "venting_factor")
+"""Of all valves in a world, relative to the conductances that a calibration has."""
+
+
 def _factors_of_air(intervals: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """How well the conductances of the valve that is known least are known, relative to them."""
     found = {}
-    for kind in ("filling", "venting"):
+    for factor in _AIR_FACTORS:
         reaches = [
             math.log(high / low) / (2.0 * NORMAL_95)
             for name, (low, high) in intervals.items()
-            if name.startswith(kind)
+            if name.startswith(factor.removesuffix("_factor"))
         ]
-        found[f"{kind}_factor"] = (1.0, max(LEAST_AIR_DEVIATION, *reaches))
+        found[factor] = (1.0, max(LEAST_AIR_DEVIATION, *reaches))
     return found
 
 
+def _without_modulus(calibration: Calibration, say: Callable[[str], None]) -> Calibration:
+    """The calibration without what a bench test found of the modulus before: the robot that it was
+    relative to has changed, and it would count twice."""
+    if MODULUS not in calibration.measured:
+        return calibration
+    say(
+        f"the {MODULUS} that a bench test found before was relative to the leg as it was: it is "
+        "left out; measure it again beside this calibration"
+    )
+    others = {name: v for name, v in calibration.measured.items() if name != MODULUS}
+    return replace(calibration, measured=others)
+
+
 def _with_bench(
-    calibration: Calibration, bench: Path, spec: RobotSpec, say: Callable[[str], None]
+    calibration: Calibration,
+    settings: CalibrationSettings,
+    spec: RobotSpec,
+    say: Callable[[str], None],
 ) -> Calibration:
+    bench = settings.bench
+    assert bench is not None
     readings = read_bench_readings(bench)
     found = measured_numbers(readings, spec)
+    both = ", ".join(name for name in found if name in _AIR_FACTORS)
+    if both and settings.air is not None:
+        raise ValueError(
+            f"{bench} has readings of {both}, which --air fits as well: they are relative to the "
+            "valves before that fit; leave one of both out"
+        )
     for told in one_leg_notes(readings):
         say(told)
     for name, (value, deviation) in found.items():
+        if (before := calibration.measured.get(name)) is not None:
+            say(
+                f"{name} was {before[0]:.4g} +- {before[1]:.2g}: these readings replace it; give "
+                "all readings in one file to have them count together"
+            )
         say(f"measured {name}: {value:.4g} +- {deviation:.2g}")
         if (note := beyond_usual_worlds(name, value, deviation)) is not None:
             say(note)

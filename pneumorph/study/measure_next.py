@@ -9,12 +9,12 @@ import numpy as np
 
 from pneumorph.base.result import in_cm
 from pneumorph.catalogue.bench_tests import BENCH_TESTS
-from pneumorph.study.sensitivity import expected_width, weighted_quantiles
+from pneumorph.study.sensitivity import agreement, mean_width, weighted_quantiles
 
-CHANCE_SHARE = 1.25
-"""Over the root of the number of worlds: share of a band's width that the best of all tests seems
-to take away though the distance depends on nothing. Measured: of 100 draws of `measured_worlds`
-with normal distances of their own, 95 stay below 7.9 % with 200 worlds and 12.6 % with 96."""
+_PERMUTED = 60
+"""How often distances are dealt out to the worlds anew."""
+_SHARE = 0.95
+"""Of these, how many a test must be ahead of."""
 
 
 @dataclass(frozen=True)
@@ -31,43 +31,68 @@ class ExpectedNarrowing:
     """Today's width less that."""
 
 
-def narrowings(
-    numbers: Mapping[str, np.ndarray], achieved: np.ndarray
-) -> tuple[ExpectedNarrowing, ...]:
-    """What each test of a number that differs would leave of a band, the most useful first.
+@dataclass(frozen=True)
+class Narrowings:
+    """What could be tested.
+
+    Attributes:
+        tests: The most useful first.
+        chance: What the best of them would seem to narrow a band by in one of twenty cases in
+            which the distance depends on nothing [its unit].
+    """
+
+    tests: tuple[ExpectedNarrowing, ...]
+    chance: float
+
+
+def narrowings(numbers: Mapping[str, np.ndarray], achieved: np.ndarray) -> Narrowings:
+    """What each test of a number that differs would leave of a band.
+
+    A band of few worlds, which is what agrees with a measurement, is narrower than that of many
+    where distances have thin tails or two peaks, whatever is measured. So the width that a test
+    leaves is set beside the widths that it leaves of distances that are dealt out to the worlds
+    anew, which depend on nothing (a permutation test; Good, Permutation Tests, 2000).
 
     Args:
         numbers: Values in each world by name, each (world,).
         achieved: What is achieved in each [any unit], (world,).
     """
     low, _, high = weighted_quantiles(achieved, np.ones(len(achieved)))
-    found = []
+    rng, today = np.random.default_rng(0), float(high - low)
+    dealt = [rng.permutation(achieved) for _ in range(_PERMUTED)]
+    found, by_chance = [], []
     for test in BENCH_TESTS:
         values = numbers.get(test.number)
         if values is None or np.ptp(values) == 0.0:
             continue
         deviation = test.deviation_at(float(np.median(values)))
-        width = expected_width(values, deviation, achieved)
+        agreeing = agreement(values, deviation)
+        without = np.array([mean_width(agreeing, each) for each in dealt])
+        narrowing = float(without.mean()) - mean_width(agreeing, achieved)
+        by_chance.append(without.mean() - without)
         found.append(
             ExpectedNarrowing(
-                test.name, test.number, test.minutes, test.how, width, float(high - low) - width
+                test.name, test.number, test.minutes, test.how, today - narrowing, narrowing
             )
         )
-    return tuple(sorted(found, key=lambda each: -each.narrowing))
+    best = np.max(by_chance, axis=0) if by_chance else np.zeros(1)
+    return Narrowings(
+        tuple(sorted(found, key=lambda each: -each.narrowing)), float(np.quantile(best, _SHARE))
+    )
 
 
-def worth_measuring(tests: Sequence[ExpectedNarrowing], world_count: int) -> str | None:
+def worth_measuring(tests: Sequence[ExpectedNarrowing], chance: float) -> str | None:
     """Name of the test that narrows most; of some that do nearly as much, the quickest. None where
-    the best does no more than chance may (`CHANCE_SHARE`).
+    the best does no more than chance may.
 
     Args:
         tests: As `narrowings` returns them.
-        world_count: Number of worlds that they were told from.
+        chance: Likewise.
     """
     if not tests:
         return None
     best = tests[0].narrowing
-    if best <= CHANCE_SHARE / np.sqrt(world_count) * (best + tests[0].width):
+    if best <= chance:
         return None
     as_good = [each for each in tests if each.narrowing >= 0.9 * best]
     return min(as_good, key=lambda each: each.minutes).test

@@ -137,6 +137,20 @@ def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[Wor
     return [randomisation.draw(rng) for _ in range(count)]
 
 
+def _shares_of_best(achieved: np.ndarray) -> np.ndarray:
+    """Share of the worlds in which each pair achieves most, (pair,): those that do as much share a
+    world, a failed simulation is never the best.
+
+    Args:
+        achieved: In each world, (world, pair); NaN where a simulation failed.
+    """
+    sound = np.where(np.isnan(achieved), -np.inf, achieved)
+    most = sound.max(axis=1, keepdims=True)
+    best = (sound == most) & np.isfinite(most)
+    shares: np.ndarray = (best / np.maximum(best.sum(axis=1, keepdims=True), 1)).mean(axis=0)
+    return shares
+
+
 def robustness(
     labels: Sequence[str],
     nominal: np.ndarray,
@@ -160,9 +174,11 @@ def robustness(
     from scipy.stats import kendalltau
 
     counted = np.nan_to_num(achieved, nan=0.0)
-    mean, best = counted.mean(axis=0), np.argmax(counted, axis=1)
+    mean, best = counted.mean(axis=0), _shares_of_best(achieved)
     known = np.zeros(0) if range_ratios is None else range_ratios[~np.isnan(range_ratios)]
-    tau = kendalltau(nominal, mean).statistic if len(labels) > 1 else None
+    stands = ~np.isnan(nominal)
+    ranked = stands.sum() > 1
+    tau = kendalltau(nominal[stands], mean[stands]).statistic if ranked else None
     return Robustness(
         world_count=len(counted),
         failed_count=int(np.isnan(achieved).sum()),
@@ -176,7 +192,7 @@ def robustness(
                 float(mean[i]),
                 float(counted[:, i].std(ddof=1)) if len(counted) > 1 else None,
                 float(weighted_quantiles(counted[:, i], np.ones(len(counted)), (0.1,))[0]),
-                float(np.mean(best == i)),
+                float(best[i]),
             )
             for i, label in enumerate(labels)
         ),

@@ -49,8 +49,9 @@ def first_order_index(values: np.ndarray, results: np.ndarray) -> float:
     """Var(E[result | value]) / Var(result), from classes of alike size.
 
     The share of variance between classes of values (Plischke, Borgonovo and Smith 2013), less what
-    chance alone puts there (Kelley's 1935 epsilon squared), and not negative. Twenty worlds a
-    class, two to ten classes; a number of as few values has a class for each.
+    chance alone puts there (Kelley's 1935 epsilon squared), and not negative. Eight worlds a
+    class, five to ten classes, so that of a linear dependence and of one with a turning point
+    nearly all is seen; a number of as few values has a class for each.
 
     Args:
         values: Of one number, (world,).
@@ -70,8 +71,8 @@ def first_order_index(values: np.ndarray, results: np.ndarray) -> float:
     return min(max(1.0 - unexplained, 0.0), 1.0)
 
 
-def chance_index(count: int, share: float = 0.95) -> float:
-    """What `first_order_index` of a number that nothing depends on stays below so often.
+def chance_index(count: int, share: float = 0.95, numbers: int = 1) -> float:
+    """What the largest `first_order_index` of numbers that nothing depends on stays below so often.
 
     The share between k classes of n normal results is distributed as Beta((k - 1) / 2, (n - k) / 2)
     (Fisher's analysis of variance).
@@ -79,18 +80,21 @@ def chance_index(count: int, share: float = 0.95) -> float:
     Args:
         count: Worlds.
         share: How often, 0 to 1.
+        numbers: How many of them.
     """
     from scipy.stats import beta
 
     classes = _class_count(count)
     if count <= classes:
         return 1.0
-    between = float(beta.ppf(share, (classes - 1) / 2.0, (count - classes) / 2.0))
+    between = float(
+        beta.ppf(share ** (1.0 / numbers), (classes - 1) / 2.0, (count - classes) / 2.0)
+    )
     return max(1.0 - (1.0 - between) * (count - 1) / (count - classes), 0.0)
 
 
 def _class_count(count: int) -> int:
-    return min(max(count // 20, 2), 10)
+    return min(max(count // 8, 5), 10)
 
 
 def weighted_quantiles(
@@ -124,11 +128,34 @@ def expected_width(values: np.ndarray, deviation: float, achieved: np.ndarray) -
         deviation: Standard deviation of the measurement.
         achieved: What is achieved in each [any unit], (world,).
     """
+    return mean_width(agreement(values, deviation), achieved)
+
+
+def agreement(values: np.ndarray, deviation: float) -> np.ndarray:
+    """How well the other worlds agree with what would be measured in each, (world, others).
+
+    Args:
+        values: Of the number, (world,).
+        deviation: Standard deviation of the measurement.
+    """
+    apart = values - values[:, None]
+    return np.array([_weights(np.delete(row, true), deviation) for true, row in enumerate(apart)])
+
+
+def mean_width(weights: np.ndarray, achieved: np.ndarray) -> float:
+    """Width of the band of the other worlds, on average over the worlds [unit of `achieved`].
+
+    Args:
+        weights: As `agreement` returns them, (world, others).
+        achieved: What is achieved in each [any unit], (world,).
+    """
+    order = np.argsort(achieved, kind="stable")
     widths = []
-    for true in range(len(values)):
-        apart = np.delete(values - values[true], true)
-        weights = _weights(apart, deviation)
-        low, _, high = weighted_quantiles(np.delete(achieved, true), weights)
+    for true, own in enumerate(weights):
+        others = order[order != true]
+        weight = own[others - (others > true)]  # the others are numbered without the world itself
+        middle = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
+        low, high = np.interp(BAND[::2], middle, achieved[others])
         widths.append(high - low)
     return float(np.mean(widths))
 

@@ -181,6 +181,12 @@ def test_valves_are_fitted_to_logs_and_used(
             assert abs(found[number - 1] / believed - 1.0) < 0.35  # the draws' limit, and noise
         assert found[2] == believed
     assert fitted["fit"]["air"]["rms_kPa"] < 0.3
+    # Of the third valve nothing was learned, so worlds stay as wide as they were.
+    assert fitted["measured"] == {}
+    bench = tmp_path / "bench.csv"
+    bench.write_text("test,reading\nstep up of pressure,70\n")
+    asked = f"calibrate --air {tmp_path / 'B'} --bench {bench} --out {tmp_path / 'both'}"
+    assert "readings of filling_factor, which --air fits as well" in _refused(asked, capsys)
     assert (tmp_path / "c" / "air_fit.png").stat().st_size > 1000
     file = tmp_path / "c" / "calibration.json"
     walked = run_json(f"simulate {SHORT} --calibration {file} --out {tmp_path / 's'}", capsys)

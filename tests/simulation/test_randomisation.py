@@ -323,6 +323,13 @@ def test_measurements_without_sense_are_refused(
         Randomisation(measured=(measured,))
 
 
+def test_a_number_that_was_measured_twice_is_refused() -> None:
+    """The last one counted alone, even where both contradict each other."""
+    twice = (("friction", 1.0, 0.02), ("friction", 1.4, 0.02))
+    with pytest.raises(ValueError, match="measured names 'friction' 2 times, expected each number"):
+        Randomisation(measured=twice)
+
+
 def test_robots_live_in_their_worlds_and_draws_repeat() -> None:
     robots = [paper_robot("published").assembly(DESIGN) for _ in range(4)]
     physics = Physics()

@@ -46,12 +46,19 @@ def test_a_number_of_few_values_has_a_class_for_each() -> None:
     assert share == pytest.approx((8.0 / 9.0) / (1.0 + 8.0 / 9.0), abs=0.08)
 
 
+def _several(count: int) -> np.ndarray:
+    """Five numbers and a result that depends on none of them, (draw, 6, world)."""
+    return np.random.default_rng(6).normal(size=(600, 6, count))
+
+
 @pytest.mark.parametrize("count", [48, 200])
 def test_chance_stays_below_its_index_in_nineteen_of_twenty(count: int) -> None:
     """Normal results that depend on nothing; of 2000 draws the share's standard error is 0.005."""
     drawn = np.random.default_rng(2).normal(size=(2000, 2, count))
     found = np.array([first_order_index(x, y) for x, y in drawn])
     assert np.mean(found < chance_index(count)) == pytest.approx(0.95, abs=0.015)
+    several = np.array([max(first_order_index(x, y) for x in xs) for *xs, y in _several(count)])
+    assert np.mean(several < chance_index(count, numbers=5)) == pytest.approx(0.95, abs=0.03)
     assert chance_index(2) == 1.0  # as many classes as worlds tell nothing
 
 
@@ -109,28 +116,53 @@ def test_the_test_that_is_worth_making() -> None:
     numbers = {
         name: rng.uniform(0.8, 1.2, 200) for name in ("modulus_factor", "mass_factor", "friction")
     }
-    tests = narrowings(numbers, 10.0 * numbers["modulus_factor"])
-    assert worth_measuring(tests, 200) == "bend at one pressure"
+    could = narrowings(numbers, 10.0 * numbers["modulus_factor"])
+    tests = could.tests
+    assert worth_measuring(tests, could.chance) == "bend at one pressure"
     today = np.ptp(np.quantile(10.0 * numbers["modulus_factor"], [0.1, 0.9], method="hazen"))
     assert tests[0].narrowing == pytest.approx(today - tests[0].width)
     # A deviation of 0.03 leaves 2.563 x 0.3 of about 3.2 cm.
     assert tests[0].width == pytest.approx(0.77, rel=0.1)
-    assert worth_measuring(narrowings(numbers, np.ones(200)), 200) is None
-    # Of distances that depend on none of them a test seems to take 6 %, and that is chance.
-    by_chance = narrowings(numbers, rng.normal(8.0, 2.0, 200))
-    assert by_chance[0].narrowing > 0.0
-    assert worth_measuring(by_chance, 200) is None
+    nothing = narrowings(numbers, np.ones(200))
+    assert worth_measuring(nothing.tests, nothing.chance) is None
     both = 10.0 * (numbers["modulus_factor"] + numbers["mass_factor"])
     # Both tell as much, and scales are quicker.
-    assert worth_measuring(narrowings(numbers, both), 200) == "weighing"
+    alike = narrowings(numbers, both)
+    assert worth_measuring(alike.tests, alike.chance) == "weighing"
+
+
+def test_chance_names_a_test_in_one_of_twenty() -> None:
+    """Distances with two peaks, as of robots that fall in some worlds: bands of few worlds are
+    narrower than that of all. Of 60 draws at most 8 may name one, with a probability of 0.003."""
+    rng, named, count = np.random.default_rng(4), 0, 48
+    for _ in range(60):
+        numbers = {
+            name: rng.uniform(0.8, 1.2, count)
+            for name in ("modulus_factor", "mass_factor", "filling_factor")
+        }
+        falls = rng.random(count) < 0.15
+        far = np.where(falls, rng.normal(5.0, 1.0, count), rng.normal(30.0, 3.0, count))
+        could = narrowings(numbers, far)
+        named += worth_measuring(could.tests, could.chance) is not None
+    assert named <= 8
+
+
+@pytest.mark.parametrize("count", [48, 96, 200])
+def test_what_one_number_decides_is_seen_in_short_certificates(count: int) -> None:
+    """Linear and with a turning point: a class of an eighth holds 1/64 of a uniform one's variance
+    and 4/64 of a folded one's, five classes 1/25 and up to 4/25 beside its point."""
+    x = np.random.default_rng(5).uniform(-1.0, 1.0, count)
+    assert first_order_index(x, x) > 0.93
+    assert first_order_index(x, np.abs(x)) > 0.7
 
 
 def test_of_tests_that_tell_nearly_as_much_the_quickest_is_named() -> None:
     most = ExpectedNarrowing("slow", "friction", 20.0, "", width=1.0, narrowing=5.0)
     nearly = replace(most, test="quick", minutes=2.0, narrowing=4.6)
     little = replace(most, test="at once", minutes=1.0, narrowing=4.4)
-    assert worth_measuring((most, nearly, little), 200) == "quick"
-    assert worth_measuring((most, little), 200) == "slow"
+    assert worth_measuring((most, nearly, little), 1.0) == "quick"
+    assert worth_measuring((most, little), 1.0) == "slow"
+    assert worth_measuring((most, nearly, little), 5.0) is None
 
 
 def test_bands_are_honest_before_and_after_tests() -> None:
