@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.catalogue.built_module import BuiltModule
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import LegName, masses_of, paper_leg
+from pneumorph.catalogue.paper_leg import LegName, load_default_leg, masses_of, paper_leg
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -90,6 +91,8 @@ class ModuleDescription(Checked):
         if part is not None and mesh is not None:
             ReducedPart.load(part).check_mesh(load_leg_mesh(mesh))
         leg = self.leg or usual_leg
+        if mesh is not None and part is None:
+            _refuse_without_part(name, leg, mesh)
         masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
         module = paper_leg(
             leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name
@@ -97,3 +100,19 @@ class ModuleDescription(Checked):
         # Nobody has said how a part of one's own bends; the physics says what inflates it.
         own = part is not None and self.leg is None
         return replace(module, pressure_map=None) if own else module
+
+
+def _refuse_without_part(name: str, leg: LegName, mesh: Path) -> None:
+    """Refuse a mesh whose reduced leg would be that of another.
+
+    Raises:
+        ArtefactError: The leg that ships was not made from it.
+    """
+    try:
+        load_default_leg(leg).check_mesh(load_leg_mesh(mesh))
+    except ArtefactError as error:
+        raise ArtefactError(
+            f"modules.{name} has the mesh {mesh} and no part, expected both: the {leg} leg that "
+            "ships, which would walk, was made from another mesh; reduce yours (`pneumorph reduce "
+            f"--full.mesh {mesh}`) and give the leg.npz that comes out as part"
+        ) from error

@@ -208,13 +208,18 @@ def _waveform(config: Mapping[str, Any]) -> np.ndarray:
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Put parts behind one another; a waypoint at the very time of the one before it is dropped."""
+    """Put parts behind one another; of two waypoints at the same time that differ the later one
+    comes `SWITCH_S` after, of equal ones it is dropped."""
     joined = parts[0].copy()
     joined[:, 0] -= joined[0, 0] if joined[0, 0] < 0.0 else 0.0
     for part in parts[1:]:
         later = part.copy()
         later[:, 0] += joined[-1, 0]
-        joined = np.concatenate([joined, later[later[:, 0] > joined[-1, 0]]])
+        first, end = later[0], joined[-1]
+        jumps = first[0] <= end[0] and not np.array_equal(first[1:], end[1:])
+        switch = [[end[0] + SWITCH_S, *first[1:]]] if jumps else np.zeros((0, later.shape[1]))
+        rest = later[later[:, 0] > end[0] + (SWITCH_S if jumps else 0.0)]
+        joined = np.concatenate([joined, switch, rest])
     if joined[0, 0] > 0.0:
         joined = np.concatenate([[[0.0, *joined[0, 1:]]], joined])
     return joined

@@ -16,6 +16,7 @@ from pneumorph.fabrication.hub_settings import HubSettings
 from pneumorph.fabrication.leg_socket import (
     BEYOND_MM,
     PAD_MM,
+    channel_height_mm,
     channels,
     collar,
     leg_space,
@@ -97,7 +98,7 @@ def _tubes(
     occ = open_cascade()
     shafts = []
     for y in tube_places_mm(leg):
-        end = np.array([-leg.tooth_base_mm[0] / 2.0 - inwards, y, settings.channel_height_mm])
+        end = np.array([-leg.tooth_base_mm[0] / 2.0 - inwards, y, channel_height_mm(leg, settings)])
         x, y_there, z = map(float, pose.apply(end))
         # From the middle of the channel, whose end is flat, to above the hub and its sockets.
         over = max(top_mm, z + leg.height_mm) + BEYOND_MM

@@ -33,9 +33,9 @@ class HubSettings(Checked):
     """Gap between leg and socket, for glue [mm]."""
     channel_radius_mm: Positive = 1.6
     """Radius of the holes for the tubes [mm]."""
-    channel_height_mm: Positive = 8.0
-    """Height of those holes above the leg's underside [mm]; it must lie within the first
-    chamber."""
+    channel_height_mm: Positive | None = None
+    """Height of those holes above the leg's underside [mm], within the first chamber; by default
+    twice the thickness of its base plate, 8 mm of the paper's leg."""
     well_radius_mm: Positive = 25.0
     """Radius of the central well, where the tubes come out [mm]."""
     smallest_wall_mm: Positive = 0.6

@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 from pneumorph.fabrication.hub_settings import HubSettings
+from pneumorph.fabrication.solid import FabricationError
 from pneumorph.geometry.netgen_mesher import box, open_cascade, union
 from pneumorph.geometry.pneunet import PneuNetShape
 
@@ -80,6 +81,24 @@ def tube_places_mm(leg: PneuNetShape) -> list[float]:
     return [middle, -middle]
 
 
+def channel_height_mm(leg: PneuNetShape, settings: HubSettings) -> float:
+    """Height of a leg's tube holes above its underside [mm].
+
+    Raises:
+        FabricationError: They do not lead into its chamber.
+    """
+    floor, radius = leg.base_plate_mm[2], settings.channel_radius_mm
+    height = 2.0 * floor if settings.channel_height_mm is None else settings.channel_height_mm
+    top = floor + leg.chamber_mm[2]
+    if not floor <= height - radius < height + radius <= top:
+        raise FabricationError(
+            f"tube holes of {2.0 * radius:g} mm at {height:g} mm above the leg's underside are not "
+            f"within its chamber, from {floor:g} to {top:g} mm: say --hub.channel-height-mm, or "
+            "thinner tubes by --hub.channel-radius-mm"
+        )
+    return height
+
+
 def channels(leg: PneuNetShape, inwards_mm: float, settings: HubSettings) -> Any:
     """The ways of a leg's tubes from the socket's face inwards along the leg's axis.
 
@@ -92,7 +111,7 @@ def channels(leg: PneuNetShape, inwards_mm: float, settings: HubSettings) -> Any
     face = -leg.tooth_base_mm[0] / 2.0
     return union(
         occ.Cylinder(
-            occ.Pnt(face + 1.0, y, settings.channel_height_mm),
+            occ.Pnt(face + 1.0, y, channel_height_mm(leg, settings)),
             occ.Dir(-1.0, 0.0, 0.0),
             settings.channel_radius_mm,
             inwards_mm + 1.0,

@@ -28,6 +28,7 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.robot.design import Design
 
 _AROUND = 96
@@ -186,10 +187,11 @@ def paper_robot_to_make(
             f"{mounting.location_count} as the hub has sockets"
         )
     mesh = paper_leg_mesh() if settings.mesh is None else load_leg_mesh(settings.mesh)
+    _check_chambers(settings.leg, mesh)
     mass_g = 1e3 * robot.module.full.mass_kg
     rubber = silicone_of(robot.module.full.material)
     leg = LegToMake("", settings.leg, mesh, mass_g, design.leg_count, rubber)
-    regulators = dict(design.legs)
+    regulators = _of_chambers(design, robot)
     low, high = settings.leg.base_plate_mm[2], settings.leg.height_mm
     face = np.array([-settings.leg.tooth_base_mm[0] / 2.0, 0.0, 0.5 * (low + high)])
     seats = tuple(
@@ -198,7 +200,7 @@ def paper_robot_to_make(
             mounting.pose(location),
             mounting.pose(location).apply(face),
             leg if location in regulators else None,
-            _each_chamber((regulators[location],), leg) if location in regulators else (),
+            regulators.get(location, ()),
             _channel_length_mm(mounting),
         )
         for location in range(mounting.location_count)
@@ -256,6 +258,7 @@ def described_robot_to_make(
         )
     hub_mesh = robot.hub.mesh
     middle = 0.5 * (hub_mesh.nodes.min(axis=0) + hub_mesh.nodes.max(axis=0))
+    regulators = _of_chambers(design, robot)
     mounted: dict[int, Module] = {
         fitting.location: robot.sites[fitting.location].modules[fitting.module]
         for fitting in design.fittings
@@ -271,8 +274,7 @@ def described_robot_to_make(
         )
         for module in dict.fromkeys(mounted.values())
     }
-    regulators = {fitting.location: fitting.regulators for fitting in design.fittings}
-    seats = []
+    seats, top_mm = [], float(hub_mesh.nodes[:, 2].max())
     for location, site in enumerate(robot.sites):
         if location not in mounted:
             place = site.pose if site.face is None else site.pose.compose(site.face)
@@ -281,10 +283,10 @@ def described_robot_to_make(
         module = mounted[location]
         pose, face = site.pose_of(module), module.face
         at = pose.translation if face is None else pose.compose(face).translation
-        leg = legs[module]
-        of_chambers = _each_chamber(regulators[location], leg)
-        length = float(np.linalg.norm(at[:2] - middle[:2]))
-        seats.append(Seat(location, pose, at, leg, of_chambers, length, site.name))
+        # Inwards, up through the hub, and over it to the middle.
+        length = float(np.linalg.norm(at[:2] - middle[:2])) + max(top_mm - float(at[2]), 0.0)
+        of_chambers = regulators[location]
+        seats.append(Seat(location, pose, at, legs[module], of_chambers, length, site.name))
     hub = replace(
         _described_hub(description.hub, robot, seats, settings),
         payload=_payload(description.hub, robot),
@@ -350,10 +352,41 @@ def _with_legs(design: Design | str) -> Design:
     return design
 
 
-def _each_chamber(regulators: tuple[int, ...], leg: LegToMake) -> tuple[int, ...]:
-    """The regulator of each chamber; one may fill all chambers of a leg."""
-    parted = leg.shape is not None and leg.shape.middle_wall_mm > 0.0
-    return 2 * regulators if parted and len(regulators) == 1 else regulators
+def _of_chambers(design: Design, robot: RobotSpec) -> dict[int, tuple[int, ...]]:
+    """The regulator of each chamber of the leg at each location.
+
+    Raises:
+        ValueError: The robot has no such leg, chamber or regulator.
+    """
+    design.check_regulators(robot.physics.regulator_count)
+    found = {}
+    for fitting in design.fittings:
+        place, site = fitting.location, robot.sites[fitting.location]
+        where = f"{place} ({site.name})" if site.name else place
+        if fitting.module >= len(site.modules):
+            raise ValueError(
+                f"design {design} has a leg of kind {fitting.module + 1} at site {where}, expected "
+                f"one of {', '.join(module.name for module in site.modules)}"
+            )
+        module = site.modules[fitting.module]
+        found[place] = module.driven_by(fitting.regulators, f"design {design}", where)
+    return found
+
+
+def _check_chambers(shape: PneuNetShape, mesh: Mesh) -> None:
+    """Refuse a mould of a leg with another number of chambers than the simulated one: their volumes
+    may be within what the mould's check allows.
+
+    Raises:
+        ValueError: It is of another number.
+    """
+    own, simulated = 2 if shape.middle_wall_mm > 0.0 else 1, len(cavity_regions(mesh))
+    if own != simulated:
+        raise ValueError(
+            f"the leg to cast has {own} chamber{'s' * (own > 1)} and the simulated mesh "
+            f"{simulated}, expected as many: say the sizes of the leg (such as "
+            "--leg.middle-wall-mm), as it was meshed with"
+        )
 
 
 def _channel_length_mm(mounting: RadialMounting) -> float:

@@ -15,7 +15,13 @@ from jaxtyping import Float, Int
 from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.geometry.contact_surfaces import ContactSurfaces, surfaces_at
-from pneumorph.geometry.region_names import current_name, first_name, with_current_names
+from pneumorph.geometry.region_names import (
+    NODE_SETS,
+    cavity_regions,
+    current_name,
+    first_name,
+    with_current_names,
+)
 from pneumorph.geometry.surface import boundary_triangles, surface_area
 
 LINEAR_VERSION, QUADRATIC_VERSION = 1, 2
@@ -143,7 +149,8 @@ class Mesh(ShownInNotebooks):
     @cached_property
     def contact_surfaces(self) -> ContactSurfaces:
         """Which of the surface regions, cavities aside, each contact point lies on."""
-        outer = {k: v for k, v in self.surfaces.items() if not k.startswith("cavity")}
+        within = (*cavity_regions(self), *NODE_SETS)
+        outer = {k: v for k, v in self.surfaces.items() if k not in within}
         outer = outer or {"": boundary_triangles(self.tetrahedra)}
         return surfaces_at(self.nodes, outer, self.contact_points)
 

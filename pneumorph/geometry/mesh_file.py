@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,19 @@ import numpy as np
 from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.outer_boundary import outer_boundary
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.spread_points import spread_points
-from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
+from pneumorph.geometry.surface import enclosed_volume
 
 LEAST_EXTENT_MM, LARGEST_EXTENT_MM = 1.0, 10_000.0
 """Between which the longest side of a part's mesh is taken to be in mm."""
+
+_DIMENSION_OF = {"vertex": 0, "line": 1, "triangle": 2}
+"""Of the cells that make regions."""
+
+_OTHER_VOLUMES = ("hexahedron", "wedge", "pyramid", "tetra10", "hexahedron20", "hexahedron27")
+"""Cells that fill space and are no linear tetrahedra, as meshio calls them."""
 
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
@@ -84,9 +91,20 @@ def _mesh_of(read: Any, region_names: dict[int, str], scale: float) -> Mesh:
         MeshError: It has no tetrahedra, or is of no plausible size.
     """
     tetrahedra = [block.data for block in read.cells if block.type == "tetra"]
+    others = sorted({block.type for block in read.cells if block.type in _OTHER_VOLUMES})
+    if tetrahedra and others:
+        raise MeshError(
+            f"it holds {' and '.join(others)} cells beside linear tetrahedra, expected tetrahedra "
+            "alone: the others would be left out of the solid"
+        )
     if not tetrahedra:
         kinds = ", ".join(sorted({block.type for block in read.cells})) or "none"
-        fill = "" if "triangle" not in kinds else ": fill the surface with a mesher (netgen, gmsh)"
+        fill = (
+            ""
+            if "triangle" not in kinds
+            else ": fill the surface with a mesher (netgen, gmsh), or if it is filled, give the "
+            "volume a physical group too, without which gmsh does not save it"
+        )
         raise MeshError(f"it holds no linear tetrahedra; its cells are: {kinds}{fill}")
     cells = np.concatenate(tetrahedra)
     triangles, sets = _regions(read, region_names)
@@ -114,25 +132,38 @@ def _regions(
         (int(tag), int(dimension)): name for name, (tag, dimension) in read.field_data.items()
     }
     names |= {(tag, None): name for tag, name in region_names.items()}
-    key = "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
-    dimension_of = {"vertex": 0, "line": 1, "triangle": 2, "tetra": 3}
     triangles: dict[str, list[np.ndarray]] = {}
     nodes: dict[str, list[np.ndarray]] = {}
-    for block, tags in zip(read.cells, read.cell_data.get(key, ()), strict=False):
-        if block.type not in dimension_of or block.type == "tetra":
-            continue
-        for tag in np.unique(tags):
-            name = names.get((int(tag), dimension_of[block.type])) or names.get((int(tag), None))
-            if name is None:
-                continue
-            members = block.data[np.asarray(tags).ravel() == tag]
-            nodes.setdefault(name, []).append(members.ravel())
-            if block.type == "triangle":
-                triangles.setdefault(name, []).append(members)
+    for name, kind, members in _members(read, names):
+        nodes.setdefault(name, []).append(members.ravel())
+        if kind == "triangle":
+            triangles.setdefault(name, []).append(members)
     return (
         {name: np.concatenate(parts) for name, parts in triangles.items()},
         {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
     )
+
+
+def _members(
+    read: Any, names: dict[tuple[int, int | None], str]
+) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Regions' names with a kind of cell and its members' nodes."""
+    groups = {name: own for name, own in read.cell_sets.items() if not name.startswith("gmsh:")}
+    if groups:  # of gmsh's newer formats, in which an element may be in several groups
+        for name, own in groups.items():
+            for block, chosen in zip(read.cells, own, strict=True):
+                if block.type in _DIMENSION_OF and chosen is not None and len(chosen):
+                    yield name, block.type, block.data[chosen]
+        return
+    key = "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
+    for block, tags in zip(read.cells, read.cell_data.get(key, ()), strict=False):
+        if block.type not in _DIMENSION_OF:
+            continue
+        dimension = _DIMENSION_OF[block.type]
+        for tag in np.unique(tags):
+            name = names.get((int(tag), dimension)) or names.get((int(tag), None))
+            if name is not None:
+                yield name, block.type, block.data[np.asarray(tags).ravel() == tag]
 
 
 def _check_extent(mesh: Mesh, scale: float) -> None:
@@ -199,16 +230,39 @@ def _with_cavities_inward(mesh: Mesh) -> Mesh:
 
 
 def _with_skin(mesh: Mesh) -> Mesh:
-    """Name the boundary without the cavities, unless the file did."""
+    """Name the boundary without the cavities, unless the file did; its triangles look outwards,
+    however they are given.
+
+    Raises:
+        MeshError: A triangle of the file's is none of that boundary.
+    """
+    outer = outer_boundary(mesh)
     if "skin" in mesh.surfaces:
-        return mesh
-    boundary = boundary_triangles(mesh.tetrahedra)
-    cavities = [mesh.surfaces[name].tolist() for name in cavity_regions(mesh)]
-    inside = {tuple(sorted(each)) for triangles in cavities for each in triangles}
-    outside = [tuple(sorted(each)) not in inside for each in boundary.tolist()]
-    return replace(mesh, surfaces={**mesh.surfaces, "skin": boundary[outside]})
+        outwards = {tuple(sorted(each)): each for each in outer.tolist()}
+        own = [tuple(sorted(each)) for each in mesh.surfaces["skin"].tolist()]
+        strange = sum(each not in outwards for each in own)
+        if strange:
+            raise MeshError(
+                f"{strange} of {len(own)} triangles of the surface 'skin' are not on the outside "
+                "of the solid, expected those alone that may touch the floor: cavities and the "
+                "inside have none"
+            )
+        turned = [
+            each if _same_way(each, outwards[tuple(sorted(each))]) else each[::-1]
+            for each in mesh.surfaces["skin"].tolist()
+        ]
+        outer = np.array(turned)
+    return replace(mesh, surfaces={**mesh.surfaces, "skin": outer})
+
+
+def _same_way(first: list[int], second: list[int]) -> bool:
+    """Whether two triangles of the same nodes look the same way."""
+    return first in (second, second[1:] + second[:1], second[2:] + second[:2])
 
 
 def _with_contact_points(mesh: Mesh, spacing_mm: float) -> Mesh:
     outer = mesh.nodes[np.unique(mesh.surfaces["skin"])]
-    return replace(mesh, contact_points=outer[spread_points(outer, spacing_mm)])
+    try:
+        return replace(mesh, contact_points=outer[spread_points(outer, spacing_mm)])
+    except ValueError as error:
+        raise MeshError(f"the surface 'skin' has no contact points: {error}") from error

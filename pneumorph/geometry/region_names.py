@@ -16,6 +16,10 @@ class HasSurfaces(Protocol):
         """Triangles by region name."""
 
 
+NODE_SETS = ("attachment", "attachment_face", "inner_end_face", "outer_end_face")
+"""What is known by its nodes: where a part is held and how far it turned. In files they may be
+faces, of which no surface that touches the floor is made."""
+
 _FIRST_NAMES = {"sheet": "paper"}
 _CURRENT_NAMES = {first: now for now, first in _FIRST_NAMES.items()}
 

@@ -15,6 +15,7 @@ from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.face_tie import ATTACHMENT, ATTACHMENT_FACE
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.outer_boundary import outer_boundary
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.surface import enclosed_centre
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
@@ -134,7 +135,7 @@ def assemble_reduced_part(
     return ReducedPart(
         rest_nodes=np.array(mesh.nodes, dtype=np.float64),
         modes=modes,
-        skin=np.asarray(mesh.surfaces["skin"], dtype=np.int32),
+        skin=_closed_skin(mesh).astype(np.int32),
         tetrahedron_index=solid_cubature.index.astype(np.int32),
         tetrahedron_weight=solid_cubature.weight,
         tetrahedron_rest=solid.rest,
@@ -263,3 +264,10 @@ def _no_membrane(part: PartModel, mode_count: int) -> SampledElements:
     return SampledElements(
         np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), material
     )
+
+
+def _closed_skin(mesh: Mesh) -> np.ndarray:
+    """The mesh's skin, or all of its outside where that is a part of it alone: what a reduced part
+    encloses is told by it."""
+    skin, outer = mesh.surfaces["skin"], outer_boundary(mesh)
+    return skin if len(skin) == len(outer) else outer

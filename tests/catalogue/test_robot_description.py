@@ -366,6 +366,16 @@ def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
     assert not any(says in each for each in description_notes(plate, "b1.1.2.2.1.0", plate.acting))
 
 
+def test_a_mesh_without_its_part_is_refused(edited: Edited) -> None:
+    """The leg that ships would walk in its place, and be built as the mesh."""
+    path = edited('leg = "measured"\n\n', 'leg = "measured"\nmesh = "wide.npz"\n\n')
+    mesh = paper_robot("measured").module.full.mesh
+    replace(mesh, nodes=mesh.nodes * [1.0, 1.2, 1.0]).save(path.parent / "wide.npz")
+    why = r"modules\.long has the mesh .*wide\.npz and no part, expected both"
+    with pytest.raises(ArtefactError, match=why):
+        RobotDescription.read(path).spec()
+
+
 def test_places_of_a_ring_that_exclude_each_other_are_told_by_their_numbers() -> None:
     paper = data_file("paper_robot.toml")
     text = paper.read_text()

@@ -53,6 +53,16 @@ def test_a_gait_in_psi_reads_back(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.pressure_kPa(1.5), [34.473785, 6.894757], rtol=1e-12)
 
 
+def test_a_held_gait_that_is_repeated_jumps_where_it_begins_again(tmp_path: Path) -> None:
+    """From what it ends with to what it begins with, and not along a line for a whole second."""
+    gait = HeldGait.evenly(np.array([[90.0, 0.0], [0.0, 90.0]]), 1.0)
+    path = write_sorotraj(tmp_path / "held.yaml", gait)
+    read = read_sorotraj(path, repetitions=3)
+    assert read.duration_s == pytest.approx(6.0)
+    for time_s in (0.5, 1.5, 2.1, 2.5, 3.5, 4.5, 5.5):
+        np.testing.assert_allclose(read.pressure_kPa(time_s), gait.pressure_kPa(time_s % 2.0))
+
+
 def test_cubic_goes_through_its_waypoints(tmp_path: Path) -> None:
     text = """settings: {traj_type: interp}
 config:

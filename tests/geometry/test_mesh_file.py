@@ -129,6 +129,82 @@ def test_a_skin_of_the_file_is_kept(hollow, tmp_path):
     assert np.array_equal(mesh.surfaces["skin"], skin)
 
 
+def _with_own_skin(hollow, path, skin, **more):
+    blocks = [hollow.tetrahedra, hollow.surfaces["cavity"], hollow.surfaces["bottom"], skin]
+    cells = list(zip(("tetra", "triangle", "triangle", "triangle"), blocks, strict=True))
+    tags = [np.full(len(block), tag) for tag, block in enumerate(blocks, 1)]
+    for kind, block in more.items():
+        cells.append((kind, block))
+        tags.append(np.full(len(block), 9))
+    meshio.write(path, meshio.Mesh(hollow.nodes, cells, cell_data={"region": tags}))
+    names = dict(enumerate(("cavity", "sheet", "skin"), 2))
+    return read_mesh_file(path, node_sets=(), region_names=names)
+
+
+def test_a_skin_looks_outwards_however_it_is_given(hollow, tmp_path):
+    """What a part encloses, its mass by volume, is told by it."""
+    skin = hollow.surfaces["skin"]
+    inwards = np.concatenate([skin[:50, ::-1], skin[50:]])
+    mesh = _with_own_skin(hollow, tmp_path / "b.vtu", inwards)
+    assert enclosed_volume(mesh.nodes, mesh.surfaces["skin"]) == pytest.approx(9.0**3)
+
+
+def test_a_skin_that_is_inside_and_cells_that_would_be_lost_are_refused(hollow, tmp_path):
+    wrong = np.concatenate([hollow.surfaces["skin"], hollow.surfaces["cavity"][:3]])
+    with pytest.raises(MeshError, match="3 of 111 triangles of the surface 'skin' are not on the"):
+        _with_own_skin(hollow, tmp_path / "in.vtu", wrong)
+    more = {"hexahedron": np.arange(8)[None]}
+    with pytest.raises(MeshError, match="holds hexahedron cells beside linear tetrahedra"):
+        _with_own_skin(hollow, tmp_path / "mixed.vtu", hollow.surfaces["skin"], **more)
+
+
+def test_a_face_may_be_in_two_groups_of_gmsh_s_newer_format(hollow, tmp_path):
+    """The sheet is part of the skin; gmsh writes its elements once, with both groups."""
+    bottom = {tuple(sorted(each)) for each in hollow.surfaces["bottom"].tolist()}
+    on = np.array([tuple(sorted(e)) in bottom for e in hollow.surfaces["skin"].tolist()])
+    skin = hollow.surfaces["skin"]
+    entities = [(hollow.surfaces["cavity"], [2]), (skin[on], [4, 3]), (skin[~on], [4])]
+    nodes, cells = hollow.nodes, hollow.tetrahedra
+    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", "4"]
+    lines += ['3 1 "solid"', '2 2 "cavity"', '2 3 "sheet"', '2 4 "skin"', "$EndPhysicalNames"]
+    lines += ["$Entities", "0 0 3 1"]
+    box = "0 0 0 9 9 9"
+    for number, (_, groups) in enumerate(entities, 1):
+        lines.append(f"{number} {box} {len(groups)} {' '.join(map(str, groups))} 0")
+    lines += [f"1 {box} 1 1 3 1 2 3", "$EndEntities"]
+    lines += ["$Nodes", f"1 {len(nodes)} 1 {len(nodes)}", f"3 1 0 {len(nodes)}"]
+    lines += [str(number + 1) for number in range(len(nodes))]
+    lines += [" ".join(map(str, map(float, place))) for place in nodes]
+    count = len(cells) + sum(len(faces) for faces, _ in entities)
+    lines += ["$EndNodes", "$Elements", f"4 {count} 1 {count}"]
+    tag = 1
+    blocks = [(2, n, 2, faces) for n, (faces, _) in enumerate(entities, 1)] + [(3, 1, 4, cells)]
+    for dimension, entity, kind, members in blocks:
+        lines.append(f"{dimension} {entity} {kind} {len(members)}")
+        for each in members:
+            lines.append(" ".join(map(str, [tag, *(each + 1)])))
+            tag += 1
+    path = tmp_path / "two.msh"
+    path.write_text("\n".join([*lines, "$EndElements"]) + "\n")
+    mesh = read_mesh_file(path, node_sets=("sheet", "skin"), contact_spacing_mm=4.0)
+    assert len(mesh.surfaces["skin"]) == 108
+    assert len(mesh.surfaces["sheet"]) == 18
+
+
+def test_faces_that_are_held_or_turn_are_no_surface_of_their_own(hollow):
+    """In a file they are triangles as the sheet is, whose friction their edges have."""
+    skin, bottom = hollow.surfaces["skin"], hollow.surfaces["bottom"]
+    side = skin[np.all(hollow.nodes[skin][:, :, 0] == 9.0, axis=1)]
+    surfaces = {"cavity": hollow.surfaces["cavity"], "skin": skin, "sheet": bottom}
+    edge = np.array([[9.0, 4.5, 0.0]])
+    plain = replace(hollow, surfaces=surfaces, contact_points=edge).contact_surfaces
+    held = replace(
+        hollow, surfaces={**surfaces, "outer_end_face": side}, contact_points=edge
+    ).contact_surfaces
+    assert held.names.tolist() == plain.names.tolist() == ["sheet"]
+    np.testing.assert_array_equal(held.area_mm2, plain.area_mm2)
+
+
 def test_each_of_several_cavities_is_turned_round_and_none_is_skin(tmp_path):
     """Regions whose names begin with cavity; the mesher oriented both the other way."""
     made = two_chamber_mesh()

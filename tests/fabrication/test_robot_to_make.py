@@ -1,0 +1,69 @@
+"""What is built is what was simulated: its legs, their chambers, the tubes to each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.two_chambers import two_chamber_mesh
+
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.hub_settings import HubSettings
+from pneumorph.fabrication.leg_socket import channel_height_mm
+from pneumorph.fabrication.robot_to_make import (
+    RobotToMake,
+    _check_chambers,
+    described_robot_to_make,
+)
+from pneumorph.fabrication.solid import FabricationError
+from pneumorph.geometry.pneunet import PneuNetShape
+
+PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+CHAMBERS = Path(__file__).parent.parent.parent / "examples" / "two_chambers.toml"
+
+
+def _made(design: str, path: Path = PLATE) -> RobotToMake:
+    robot = RobotDescription.read(path)
+    return described_robot_to_make(design, robot, robot.spec(), FabricationSettings())
+
+
+@pytest.mark.parametrize(
+    ("design", "why"),
+    [
+        ("c1.0.2.2.0.1", r"leg of kind 3 at site 0 \(front left\), expected one of long, short"),
+        ("9.0.2.2.0.1", "connects location 0 to regulator 9, expected 1 to 4"),
+        ("1+2.0.2.2.0.1", r"gives 2 regulators to long at site 0 \(front left\), expected one for"),
+    ],
+)
+def test_what_cannot_be_simulated_is_not_built(design: str, why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        _made(design)
+
+
+def test_one_regulator_of_a_leg_of_two_chambers_has_a_tube_to_each() -> None:
+    legs = [seat for seat in _made("0.1.0.2.0.1.0.2", CHAMBERS).seats if seat.leg is not None]
+    assert [seat.regulators for seat in legs][:2] == [(1, 1), (2, 2)]
+
+
+def test_tubes_reach_the_top_of_a_tall_hub(tmp_path: Path) -> None:
+    tall = tmp_path / "tall.toml"
+    tall.write_text(PLATE.read_text().replace("height_mm = 10", "height_mm = 100"))
+    low, high = (_made("1.0.2.2.0.1", path).seats[0].tube_mm for path in (PLATE, tall))
+    assert high == pytest.approx(low + 90.0)
+
+
+def test_a_mould_of_another_number_of_chambers_is_refused() -> None:
+    """Its silicone is within a thousandth of the other's."""
+    _check_chambers(PneuNetShape(middle_wall_mm=2.0, connector_mm=(81.0, 8.0, 2.0)),
+                    two_chamber_mesh())  # fmt: skip
+    with pytest.raises(ValueError, match="has 1 chamber and the simulated mesh 2"):
+        _check_chambers(PneuNetShape(), two_chamber_mesh())
+
+
+def test_tube_holes_lead_into_chambers_of_legs_of_all_sizes() -> None:
+    usual, hub = PneuNetShape(), HubSettings()
+    assert channel_height_mm(usual, hub) == 8.0
+    assert channel_height_mm(usual.scaled(2.0), hub) == 16.0
+    with pytest.raises(FabricationError, match="not within its chamber, from 8 to 34 mm"):
+        channel_height_mm(usual.scaled(2.0), HubSettings(channel_height_mm=8.0))
