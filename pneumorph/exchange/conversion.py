@@ -12,9 +12,9 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_leg import paper_leg, paper_leg_mesh
 from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
 from pneumorph.exchange.sofa_scene import export_sofa_scene
-from pneumorph.exchange.sorotraj import read_sorotraj, write_sorotraj
+from pneumorph.exchange.sorotraj import UNIT, read_sorotraj, write_sorotraj
 from pneumorph.fem.leg_model import leg_model
-from pneumorph.gait.gait_file import read_gait, write_gait
+from pneumorph.gait.gait_file import gait_remarks, read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.geometry.leg_mesh import load_leg_mesh
@@ -32,8 +32,9 @@ class ConversionSettings(Checked):
 
     to: Literal["csv", "sorotraj", "sofa", "part"] = "sorotraj"
     """Format to write."""
-    kPa_per_unit: Positive = 1.0
-    """Pressure unit of the sorotraj file [kPa]: 6.894757 for psi."""
+    kPa_per_unit: Positive | None = None
+    """Pressure unit of the sorotraj file [kPa]: 6.894757 for psi; by default what the file says of
+    itself, or kPa."""
     repetitions: Count = 1
     """How often the main part of a sorotraj file runs."""
     hold_s: Positive = 0.1
@@ -99,15 +100,16 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
 
 
 def _gait(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[str, Any]:
-    path, comments = Path(source), dict[str, str]()
+    path = Path(source)
     if path.suffix in (".yaml", ".yml"):
         gait: HeldGait | InterpolatedGait = read_sorotraj(
             path, settings.kPa_per_unit, settings.repetitions
         )
+        comments = {name: said for name, said in gait_remarks(path).items() if name != UNIT}
     else:
         gait, comments = read_gait(path)
     if settings.to == "sorotraj":
-        written = write_sorotraj(folder / "gait.yaml", gait, comments, settings.kPa_per_unit)
+        written = write_sorotraj(folder / "gait.yaml", gait, comments, settings.kPa_per_unit or 1.0)
     else:
         held = gait.held(settings.hold_s) if isinstance(gait, InterpolatedGait) else gait
         written = write_gait(folder / GAIT_FILE, held, comments)

@@ -19,30 +19,37 @@ import numpy as np
 from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.base.checked import rises
 from pneumorph.base.optional_package import optional_package
+from pneumorph.gait.gait_file import check_peak, gait_remarks
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
+
+UNIT = "kPa_per_unit"
+"""Remark of a file that says what one unit of its pressures is [kPa]."""
 
 SWITCH_S = 1e-3
 """A held command is written as a straight line that lasts this long at its end [s]."""
 
 
 def read_sorotraj(
-    path: Path | str, kPa_per_unit: float = 1.0, repetitions: int = 1
+    path: Path | str, kPa_per_unit: float | None = None, repetitions: int = 1
 ) -> InterpolatedGait:
     """Read a trajectory.
 
     Args:
         path: The YAML file.
-        kPa_per_unit: What one unit of the file is [kPa]; 6.894757 for psi.
+        kPa_per_unit: What one unit of the file is [kPa], 6.894757 for psi; None for what the file
+            says of itself in a remark ``# kPa_per_unit: 6.894757``, and kPa where it says nothing.
         repetitions: How often the main part is run.
 
     Raises:
         FileNotFoundError: No such file.
         ModuleNotFoundError: PyYAML is not installed.
-        ValueError: Not such a file, or a pressure out of range.
+        ValueError: Not such a file, a pressure out of range, a unit that the file contradicts, or
+            pressures that no valve holds.
     """
     path = Path(path)
     text = read_text(path, "gait")
+    unit_kPa = _unit_kPa(path, kPa_per_unit)
     yaml = optional_package("yaml", "sorotraj files need PyYAML", "hardware")
     try:
         content = yaml.load(text, _named_once(yaml))  # a SafeLoader
@@ -52,7 +59,7 @@ def read_sorotraj(
         parts += [_main(kind, config, setpoints)] * repetitions
         parts.append(_table(setpoints.get("suffix")))
         table = _joined([part for part in parts if part is not None])
-        return InterpolatedGait(table[:, 0], kPa_per_unit * table[:, 1:])
+        gait = InterpolatedGait(table[:, 0], unit_kPa * table[:, 1:])
     except (
         yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
         RecursionError,
@@ -61,6 +68,31 @@ def read_sorotraj(
             f"gait file {path} is not a sorotraj trajectory with settings.traj_type, config and "
             f"pressures in range: {_told(error)}"
         ) from error
+    check_peak(path, float(gait.waypoint_kPa.max()))
+    return gait
+
+
+def _unit_kPa(path: Path, asked: float | None) -> float:
+    """What one unit of a file is [kPa].
+
+    Raises:
+        ValueError: It says what is no unit, or another one than is asked for.
+    """
+    named = gait_remarks(path).get(UNIT)
+    if named is None:
+        return 1.0 if asked is None else asked
+    try:
+        own = float(named)
+    except ValueError:
+        own = math.nan
+    if not 0.0 < own < math.inf:
+        raise ValueError(f"gait file {path}: {UNIT} is {named!r}, expected a positive number")
+    if asked is not None and not math.isclose(own, asked, rel_tol=1e-4):
+        raise ValueError(
+            f"gait file {path} says that a unit of its pressures is {own:g} kPa, got "
+            f"{asked:g}: leave that out, or the remark {UNIT} if it is wrong"
+        )
+    return own
 
 
 def write_sorotraj(
@@ -91,7 +123,8 @@ def write_sorotraj(
     table[:, 1:] /= kPa_per_unit
     lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
     unit = "kPa" if kPa_per_unit == 1.0 else f"units of {kPa_per_unit:g} kPa"
-    lines += [f"# pressures in {unit}", "settings:", "  traj_type: direct"]
+    lines += [f"# pressures in {unit}", f"# {UNIT}: {kPa_per_unit!r}"]
+    lines += ["settings:", "  traj_type: direct"]
     lines += ["config:", "  setpoints:", "    main:"]
     for row in table:
         # repr is the shortest text that reads back to the same double.

@@ -118,13 +118,25 @@ def read_gait(
         )
     except ValueError as error:
         raise ValueError(f"gait file {path}: {error}") from error
-    largest_kPa = float(gait.held_kPa.max())
+    check_peak(path, float(gait.held_kPa.max()))
+    return gait, comments
+
+
+def check_peak(path: Path | str, largest_kPa: float) -> None:
+    """Refuse a gait in another unit.
+
+    Args:
+        path: Its file.
+        largest_kPa: Its highest pressure [kPa].
+
+    Raises:
+        ValueError: It is so low that no valve holds it.
+    """
     if 0.0 < largest_kPa < LEAST_PEAK_KPA:
         raise ValueError(
             f"gait file {path}: its pressures go up to {largest_kPa:g} kPa, expected "
             f"{LEAST_PEAK_KPA:g} kPa or more, or none at all: they may be in MPa or bar"
         )
-    return gait, comments
 
 
 def gait_remarks(path: Path | str) -> dict[str, str]:

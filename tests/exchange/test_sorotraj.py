@@ -7,7 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.exchange.conversion import ConversionSettings, convert
 from pneumorph.exchange.sorotraj import SWITCH_S, read_sorotraj, write_sorotraj
+from pneumorph.gait.gait_file import gait_remarks, read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 
@@ -50,6 +53,10 @@ def test_a_gait_in_psi_reads_back(tmp_path: Path) -> None:
     assert "[0.0, 10.0, 0.0]" in path.read_text()
     assert "# pressures in units of 6.89476 kPa" in path.read_text()
     read = read_sorotraj(path, 6.894757)
+    # It says so itself, and contradicts whoever says otherwise.
+    np.testing.assert_array_equal(read_sorotraj(path).waypoint_kPa, read.waypoint_kPa)
+    with pytest.raises(ValueError, match=r"a unit of its pressures is 6\.89476 kPa, got 1:"):
+        read_sorotraj(path, 1.0)
     np.testing.assert_allclose(read.pressure_kPa(1.5), [34.473785, 6.894757], rtol=1e-12)
 
 
@@ -61,6 +68,23 @@ def test_a_held_gait_that_is_repeated_jumps_where_it_begins_again(tmp_path: Path
     assert read.duration_s == pytest.approx(6.0)
     for time_s in (0.5, 1.5, 2.1, 2.5, 3.5, 4.5, 5.5):
         np.testing.assert_allclose(read.pressure_kPa(time_s), gait.pressure_kPa(time_s % 2.0))
+
+
+def test_a_gait_in_another_unit_is_refused(tmp_path: Path) -> None:
+    in_bar = DIRECT.replace("10", "0.1").replace("20", "0.2").replace("30", "0.3")
+    with pytest.raises(ValueError, match=r"go up to 0\.3 kPa, expected 1 kPa or more"):
+        _read(in_bar, tmp_path)
+
+
+def test_a_design_stays_with_its_gait(tmp_path: Path) -> None:
+    held = HeldGait.evenly(np.array([[40.0, 0.0, 0.0]]), 1.0)
+    yaml = write_sorotraj(tmp_path / "g.yaml", held, {"design": "1.0.0.2"}, kPa_per_unit=6.894757)
+    for to in ("csv", "sorotraj"):
+        convert(str(yaml), ConversionSettings(to=to), RunFolder(tmp_path / to, "exchange"))
+    assert read_gait(tmp_path / "csv" / "gait.csv")[1] == {"design": "1.0.0.2"}
+    assert gait_remarks(tmp_path / "sorotraj" / "gait.yaml")["design"] == "1.0.0.2"
+    read = read_sorotraj(tmp_path / "sorotraj" / "gait.yaml")
+    assert read.pressure_kPa(0.5)[0] == pytest.approx(40.0)
 
 
 def test_cubic_goes_through_its_waypoints(tmp_path: Path) -> None:
