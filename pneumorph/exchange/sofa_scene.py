@@ -156,8 +156,8 @@ def export_sofa_scene(
 
     Args:
         folder: Where to write.
-        part: The reduced leg.
-        model: Finite elements that it was reduced from: one solid, one membrane, one cavity.
+        part: The reduced leg, whose mass and materials the scene has.
+        model: Finite elements of its mesh: one solid, one membrane, one cavity.
         physics: Time step, damping and gravity of the scene; None for the paper's.
 
     Returns:
@@ -185,11 +185,11 @@ def export_sofa_scene(
         gravity=physics.gravity_mm_per_s2,
         stiffness_damping=physics.stiffness_damping_s,
         mass_damping=physics.mass_damping_per_s,
-        mass=model.mass_kg,
-        young=model.material.young_modulus_kPa,
-        poisson=model.material.poisson_ratio,
-        sheet_young=membrane.material.young_modulus_kPa,
-        sheet_poisson=membrane.material.poisson_ratio,
+        mass=float(part.mass),
+        young=part.tetrahedron_material.young_modulus_kPa,
+        poisson=part.tetrahedron_material.poisson_ratio,
+        sheet_young=part.membrane_material.young_modulus_kPa,
+        sheet_poisson=part.membrane_material.poisson_ratio,
         sheet_thickness=membrane.thickness_mm,
     )
     return write_atomically(folder / SCENE_FILE, lambda stream: stream.write(text.encode()))

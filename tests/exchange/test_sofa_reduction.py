@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import scaled_part
 
 
 @pytest.fixture(scope="module")
@@ -166,6 +168,17 @@ def test_the_scene_is_python_and_names_files_that_exist(
     np.testing.assert_array_equal(sheet.cells_dict["triangle"], model.mesh.surface("sheet"))
     read = reduced_part_of(read_sofa_reduction(tmp_path), model)
     assert read.mode_count == part.mode_count
+
+
+def test_the_scene_has_the_mass_and_the_materials_of_its_part(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
+    """And not those of the paper's leg, which the same mesh may be of."""
+    soft = replace(leg.tetrahedron_material, young_modulus_kPa=464.0)
+    own = scaled_part(replace(leg, tetrahedron_material=soft), 1.0, 0.042 / leg.mass)
+    text = export_sofa_scene(tmp_path, own, model).read_text()
+    assert "youngModulus=464.0" in text
+    assert "totalMass=0.042" in text
 
 
 def test_springs_on_the_written_modes_hold_the_leg_as_its_mount_does(
