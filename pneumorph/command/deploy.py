@@ -71,8 +71,7 @@ def run(options: DeployOptions, folder: RunFolder) -> DeployedGait:
 
 
 def _wait_for_person(number: int) -> None:
-    if sys.stdin is not None and sys.stdin.isatty():
-        # Standard output may be a file of the summary.
+    if sys.stdin is not None and sys.stdin.isatty():  # standard output may be a summary's file
         print(f"Place the robot for trial {number} and press Enter. ", file=sys.stderr, flush=True)
         if not sys.stdin.readline():  # Ctrl-D
             raise KeyboardInterrupt
