@@ -65,9 +65,8 @@ class DeployOptions:
 
 def run(options: DeployOptions, folder: RunFolder) -> DeployedGait:
     """Run the trials; between those on a real rig a person places the robot."""
-    return deploy_gait(
-        options.source, options.deployment, options.robot, folder, before_trial=_wait_for_person
-    )
+    what = (options.source, options.deployment, options.robot)
+    return deploy_gait(*what, folder, before_trial=_wait_for_person)
 
 
 def _wait_for_person(number: int) -> None:
