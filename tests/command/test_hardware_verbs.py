@@ -184,7 +184,7 @@ def test_valves_are_fitted_to_logs_and_used(
     # Of the third valve nothing was learned, so worlds stay as wide as they were.
     assert fitted["measured"] == {}
     bench = tmp_path / "bench.csv"
-    bench.write_text("test,reading\nstep up of pressure,70\n")
+    bench.write_text("test,reading\nstep up of pressure,0.9\n")
     asked = f"calibrate --air {tmp_path / 'B'} --bench {bench} --out {tmp_path / 'both'}"
     assert "readings of filling_factor, which --air fits as well" in _refused(asked, capsys)
     assert (tmp_path / "c" / "air_fit.png").stat().st_size > 1000
