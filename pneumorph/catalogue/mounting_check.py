@@ -17,6 +17,7 @@ from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import boundary_triangles, winding_number
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design import Fitting
 from pneumorph.robot.design_space import DesignSpace
 
 USUAL_TOLERANCE_MM = 3.0
@@ -98,8 +99,7 @@ def check_mounted(
     for number, site in enumerate(sites):
         where = _where(sites, number)
         for kind, module in enumerate(site.modules):
-            legs = [leg for leg in space.fittings[number] if leg.module == kind]
-            if not space.allows_together({number: legs}):
+            if not space.allows_together({number: _fittings(space, number, kind)}):
                 continue
             if module.face is None:
                 raise ValueError(
@@ -207,8 +207,8 @@ def check_apart(
             if (low >= np.minimum(mine.max(axis=0), theirs.max(axis=0))).any():
                 continue
             legs = {
-                first: [leg for leg in space.fittings[first] if leg.module == kind],
-                second: [leg for leg in space.fittings[second] if leg.module == other_kind],
+                first: _fittings(space, first, kind),
+                second: _fittings(space, second, other_kind),
             }
             if not space.allows_together(legs):
                 continue
@@ -224,6 +224,11 @@ def check_apart(
                     f"{np.round(place, 1).tolist()} mm, expected at most {tolerance_mm:g}: move "
                     f"the sites apart, forbid both at once by designs.exclusions, or {allowed_by}"
                 )
+
+
+def _fittings(space: DesignSpace, site: int, kind: int) -> list[Fitting]:
+    """How a site's module of a kind may be driven, of the designs' rules for that site."""
+    return [leg for leg in space.fittings[site] if leg.module == kind]
 
 
 def _where(sites: Sequence[Site], number: int) -> str:

@@ -65,8 +65,7 @@ class DeployOptions:
 
 def run(options: DeployOptions, folder: RunFolder) -> DeployedGait:
     """Run the trials; between those on a real rig a person places the robot."""
-    what = (options.source, options.deployment, options.robot)
-    return deploy_gait(*what, folder, before_trial=_wait_for_person)
+    return deploy_gait(options.source, options.deployment, options.robot, folder, _wait_for_person)
 
 
 def _wait_for_person(number: int) -> None:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -116,17 +116,10 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
         ValueError: Not one of the formats, an unknown marker, or hardly any trusted point.
     """
     path, video = Path(path), video or VideoSettings()
-    text = read_text(path, "track")
-    delimiter = next((mark for mark in ("\t", ";") if mark in text.split("\n", 2)[-1]), ",")
-    lines = [line for line in text.splitlines() if line.strip()]
-    with reading(path, "track"):
-        rows = [
-            [cell.strip() for cell in row]
-            for row in csv.reader((x for x in lines if not x.startswith("#")), delimiter=delimiter)
-        ]
+    rows = _rows(path)
     head = rows[0] if rows else []
     try:
-        if any(name.startswith(("time_", "x_")) for name in head):
+        if _says_its_units(head):
             turned = {"turned": "deg"} if any(name.startswith("turned_") for name in head) else {}
             table = read_measured_table(path, {"time": "s", "x": "mm", "y": "mm", **turned})
             position_mm = np.column_stack([table["x"], table["y"]])
@@ -148,9 +141,27 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
 
 
 def says_its_units(path: Path) -> bool:
-    """Whether a track is of our own format: another program's takes `VideoSettings` to be read."""
-    lines = (line for line in read_text(path, "track").splitlines() if not line.startswith("#"))
-    return "time_s" in next(lines, "").replace(";", ",").replace("\t", ",").split(",")
+    """Whether a track is of our own format: another program's takes `VideoSettings` to be read.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: It is no table.
+    """
+    rows = _rows(path)
+    return bool(rows) and _says_its_units(rows[0])
+
+
+def _says_its_units(head: Sequence[str]) -> bool:
+    return any(name.startswith(("time_", "x_")) for name in head)
+
+
+def _rows(path: Path) -> list[list[str]]:
+    """Cells of a track's file, its header's first, without remarks and empty lines."""
+    text = read_text(path, "track")
+    delimiter = next((mark for mark in ("\t", ";") if mark in text.split("\n", 2)[-1]), ",")
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    with reading(path, "track"):
+        return [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
 
 
 def write_track(path: Path | str, track: MarkerTrack) -> Path:

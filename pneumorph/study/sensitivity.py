@@ -115,24 +115,11 @@ def weighted_quantiles(
     return quantiles
 
 
-def expected_width(values: np.ndarray, deviation: float, achieved: np.ndarray) -> float:
-    """Width of the band, 10th to 90th percentile, that a measurement of one number would leave, on
-    average over what it may find [unit of `achieved`].
-
-    Each world is taken for the true one in turn, and the others weighted by how well they agree
-    with what would be measured there; where that leaves too few, the measurement is taken for
-    less exact, so that the width is rather too large.
-
-    Args:
-        values: Of the number, (world,).
-        deviation: Standard deviation of the measurement.
-        achieved: What is achieved in each [any unit], (world,).
-    """
-    return mean_width(agreement(values, deviation), achieved)
-
-
 def agreement(values: np.ndarray, deviation: float) -> np.ndarray:
     """How well the other worlds agree with what would be measured in each, (world, others).
+
+    Each world is taken for the true one in turn; where what is measured there leaves too few of the
+    others, the measurement is taken for less exact, so that a band of them is rather too wide.
 
     Args:
         values: Of the number, (world,).
@@ -143,7 +130,8 @@ def agreement(values: np.ndarray, deviation: float) -> np.ndarray:
 
 
 def mean_width(weights: np.ndarray, achieved: np.ndarray) -> float:
-    """Width of the band of the other worlds, on average over the worlds [unit of `achieved`].
+    """Width of the band, 10th to 90th percentile, that a measurement of one number would leave, on
+    average over what it may find: of the other worlds, over the worlds [unit of `achieved`].
 
     Args:
         weights: As `agreement` returns them, (world, others).

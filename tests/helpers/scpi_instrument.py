@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import socket
 import threading
 import time
 from contextlib import suppress
-
-import numpy as np
 
 
 class ScpiInstrument:
@@ -21,7 +20,7 @@ class ScpiInstrument:
     """
 
     def __init__(self, busy_s: float = 0.0) -> None:
-        self._busy_s, self._told_at = busy_s, -np.inf
+        self._busy_s, self._told_at = busy_s, -math.inf
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         self.fault = ""

@@ -15,9 +15,10 @@ from pneumorph.study.certified_pairs import Band
 from pneumorph.study.measure_next import ExpectedNarrowing, narrowings, worth_measuring
 from pneumorph.study.robustness import robustness
 from pneumorph.study.sensitivity import (
+    agreement,
     chance_index,
-    expected_width,
     first_order_index,
+    mean_width,
     sensitivities,
     weighted_quantiles,
 )
@@ -103,10 +104,11 @@ def test_the_width_that_a_measurement_leaves() -> None:
     worlds with weights of 16 and more scatter by."""
     x, y = np.random.default_rng(2).normal(size=(2, 400))
     spread = 2.0 * 1.2816
-    width = expected_width(x, 1e-6, 2.0 * x + y)
+    width = mean_width(agreement(x, 1e-6), 2.0 * x + y)
     assert width == pytest.approx(spread, rel=0.12)
-    assert expected_width(x, 1.0, 2.0 * x + y) == pytest.approx(spread * np.sqrt(3.0), rel=0.12)
-    assert expected_width(y, 1e3, x) == pytest.approx(spread, rel=0.12)
+    width = mean_width(agreement(x, 1.0), 2.0 * x + y)
+    assert width == pytest.approx(spread * np.sqrt(3.0), rel=0.12)
+    assert mean_width(agreement(y, 1e3), x) == pytest.approx(spread, rel=0.12)
 
 
 def test_the_test_that_is_worth_making() -> None:
