@@ -149,7 +149,9 @@ def _members(
 ) -> Iterator[tuple[str, str, np.ndarray]]:
     """Regions' names with a kind of cell and its members' nodes."""
     groups = {name: own for name, own in read.cell_sets.items() if not name.startswith("gmsh:")}
-    if groups:  # of gmsh's newer formats, in which an element may be in several groups
+    numbered = any(dimension is None for _, dimension in names)  # by whoever reads the file
+    # Of gmsh's newer formats, in which an element may be in several groups.
+    if groups and not numbered:
         for name, own in groups.items():
             for block, chosen in zip(read.cells, own, strict=True):
                 if block.type in _DIMENSION_OF and chosen is not None and len(chosen):
