@@ -13,7 +13,8 @@ from pneumorph.learn.objective import Objective
 
 @dataclass(frozen=True)
 class ScoredRound:
-    """Scores of a round's designs, each once where designs walk in several worlds."""
+    """Scores of a round's designs, each once where designs walk in several worlds: one that was
+    drawn several times has the mean of its scores."""
 
     designs: np.ndarray
     """Their indices, (design,)."""
@@ -57,16 +58,17 @@ class RoundScores:
         # Travel before a failure is no reason to come back to a design.
         counted = np.where(failed, np.minimum(returns_cm, 0.0), returns_cm)
         by_world = counted.reshape(len(designs), -1)
-        distances, fallen = list(by_world), list(failed.reshape(by_world.shape))
+        fallen = failed.reshape(by_world.shape)
+        scores, failing, lost = self._objective.of(by_world), np.any(fallen, 1), np.all(fallen, 1)
         in_worlds = by_world.shape[1] > 1
         if in_worlds:
-            designs, places = self._joined(designs)
-            distances, fallen = (
-                [np.concatenate([each[place] for place in at]) for at in places]
-                for each in (distances, fallen)
-            )
-        scores = np.array([self._objective.of(each) for each in distances])
-        failing, lost = (np.array([has(each) for each in fallen]) for has in (np.any, np.all))
+            # One that was drawn again, or whose image was, walked in the same worlds again: of all
+            # its walks together the worlds would seem more, and so more alike, than they are.
+            designs, which = np.unique(self._once(designs), return_inverse=True)
+            drawn = np.bincount(which)
+            scores = np.bincount(which, scores) / drawn
+            failing = np.bincount(which, failing) > 0.0
+            lost = np.bincount(which, lost) == drawn
         # How hard a round is for all, those say that came to the end of their walks; rounds in the
         # nominal world say nothing of it.
         if in_worlds or not self._objective.is_robust:
@@ -75,12 +77,6 @@ class RoundScores:
         # A hard round's shift is no merit of a design that failed in each of its worlds.
         scores = np.where(lost, np.minimum(scores, 0.0), scores)
         return ScoredRound(designs, scores, failing, self._metrics(by_world))
-
-    def _joined(self, designs: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Each design of a round once, and where it was drawn: one that was drawn twice, or whose
-        mirror image was drawn as well and counts for it, has twice as many walks."""
-        once, which = np.unique(self._once(designs), return_inverse=True)
-        return once, [np.flatnonzero(which == number) for number in range(len(once))]
 
     def _once(self, designs: np.ndarray) -> np.ndarray:
         """Of each design and its image, where that counts for it, one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -19,8 +20,8 @@ from pneumorph.learn.design_gait_pair import BestPairs
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.finetuning import finalists
-from pneumorph.learn.objective import Objective, mean_of_worst
-from pneumorph.learn.round_scores import RoundLevel
+from pneumorph.learn.objective import Objective, ObjectiveKind, mean_of_worst
+from pneumorph.learn.round_scores import RoundLevel, RoundScores
 from pneumorph.learn.settings import FinetuningSettings
 from pneumorph.learn.training import Training
 
@@ -179,8 +180,8 @@ def test_gaits_are_ranked_by_the_objective_over_worlds_of_their_own() -> None:
 def test_a_design_that_is_drawn_twice_counts_with_all_its_walks(
     monkeypatch: pytest.MonkeyPatch, mirrored: bool
 ) -> None:
-    """Its score is the objective of eight walks, of each design that was drawn: and where a mirror
-    image counts for a design, of those of its image too."""
+    """Its score is the mean of those of its walks through the worlds, of each design that was
+    drawn: and where a mirror image counts for a design, of those of its image too."""
     settings = replace(toy_settings(4), objective=ROBUST, mirror_transitions=mirrored)
     trained = Training(crawling(viscous_crawler_robot, CrawlersInWorlds, settings), settings)
     pair = next(i for i, image in enumerate(SPACE.mirror_index) if image != i)
@@ -195,8 +196,24 @@ def test_a_design_that_is_drawn_twice_counts_with_all_its_walks(
     trained.run_round()
     by_world = returns.reshape(4, 4)
     for design, rows in ((pair, [0, 2]), (other, [1, 3]), *([(image, [0, 2])] * mirrored)):
-        expected = ROBUST.of(by_world[rows].ravel())
+        expected = ROBUST.of(by_world[rows]).mean()
         assert trained.learned.distribution.scores[design] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("kind", get_args(ObjectiveKind))
+def test_a_design_that_is_drawn_often_scores_no_higher(kind: ObjectiveKind) -> None:
+    """What a score is on average does not depend on how often a round draws the design: worlds are
+    shared, and eight robots in four worlds say no more of worlds than one does."""
+    random = np.random.default_rng(0)
+    scores = RoundScores(Objective(kind=kind, worlds_per_design=4), None)
+    differences = []
+    for _ in range(4000):
+        returns = random.normal(scale=5.0, size=4) + random.normal(scale=2.0, size=(9, 4))
+        found = scores.of(np.array([0] + [1] * 8), returns.ravel(), np.zeros(36, bool))
+        differences.append(found.scores_cm[1] - found.scores_cm[0])
+    error = float(np.std(differences)) / math.sqrt(len(differences))
+    assert abs(np.mean(differences)) < 4.0 * error  # by chance once in 16 000
+    assert error < 0.1
 
 
 class _Failing(CrawlersInWorlds):
