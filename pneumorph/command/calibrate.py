@@ -24,11 +24,8 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.trial_figures import save_calibration_figures
-from pneumorph.study.fitted_calibration import (
-    CalibrationSettings,
-    FittedCalibration,
-    calibrate,
-)
+from pneumorph.study.calibration_settings import CalibrationSettings
+from pneumorph.study.fitted_calibration import FittedCalibration, calibrate
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.study.bench_readings import write_bench_readings
+from pneumorph.study.calibration_settings import CalibrationSettings
 from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import certify
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.fitted_calibration import CALIBRATION_FILE, CalibrationSettings, calibrate
+from pneumorph.study.fitted_calibration import CALIBRATION_FILE, calibrate
 from pneumorph.study.rivals import worlds_of
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.virtual_reality import VirtualReality

@@ -25,7 +25,8 @@ from pneumorph.study.bench_readings import (
     read_bench_readings,
     write_bench_readings,
 )
-from pneumorph.study.fitted_calibration import CalibrationSettings, calibrate
+from pneumorph.study.calibration_settings import CalibrationSettings
+from pneumorph.study.fitted_calibration import calibrate
 from pneumorph.study.virtual_reality import VirtualReality
 
 

@@ -1,0 +1,114 @@
+"""The line between simulated and real pressures, through pressures of equal bend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.calibration_check import check_calibration
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.hardware.bend_test import (
+    PressurePairs,
+    equal_bend_pairs,
+    read_bends,
+    read_pairs,
+    simulated_bend_curve,
+)
+from pneumorph.hardware.line_fit import LineFit, fit_line
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.study.calibration_provenance import provenance
+from pneumorph.study.calibration_settings import CalibrationSettings
+
+PAIRS_FILE = "pairs.csv"
+
+
+def with_line(
+    calibration: Calibration, settings: CalibrationSettings, spec: RobotSpec, folder: RunFolder
+) -> tuple[Calibration, PressurePairs]:
+    """The calibration with a line through measured bends or pairs, and the pairs of pressures.
+
+    Raises:
+        ValueError: The measurements make no line, or one that the leg's snapshots do not reach.
+        FileNotFoundError: Their file is missing.
+    """
+    if settings.pairs is not None:
+        measured, pairs = settings.pairs, read_pairs(settings.pairs)
+        said = provenance(measured, spec)
+    else:
+        assert settings.bends is not None
+        measured = settings.bends
+        pairs = _pairs_of_bends(settings, spec, folder)
+        bent = {"name": spec.module.name, "digest": spec.module.bending_digest}
+        said = {**provenance(measured, spec), "bent": bent}
+    line = _line(pairs, measured)
+    fitted = replace(
+        calibration,
+        pressure_map=PressureMap(line.slope, line.intercept),
+        intervals={
+            **calibration.intervals,
+            "slope": line.slope_interval,
+            "intercept_kPa": line.intercept_interval,
+        },
+        fit={
+            **calibration.fit,
+            "pressure": {
+                "r_squared": line.r_squared,
+                "rms_kPa": line.rms,
+                "point_count": line.point_count,
+            },
+        },
+        source={**calibration.source, "pressure": said},
+    )
+    if settings.pairs is None:  # of pairs it is not known which leg they are of
+        try:
+            check_calibration(replace(fitted, path=None), [spec.module])
+        except ValueError as error:
+            raise ValueError(f"{measured}: {error}") from error
+        _write_pairs(folder / PAIRS_FILE, pairs)
+    return fitted, pairs
+
+
+def _line(pairs: PressurePairs, measured: Path) -> LineFit:
+    """The line through pairs of pressures.
+
+    Raises:
+        ValueError: They are too few, all of one pressure, or fall; names their file.
+    """
+    try:
+        line = fit_line(pairs.real_kPa, pairs.simulated_kPa)
+    except ValueError as error:
+        raise ValueError(f"{measured}: real_pressure: {error}") from error
+    if not line.slope > 0.0:
+        raise ValueError(
+            f"{measured}: simulated_pressure changes by {line.slope:g} kPa for one of "
+            "real_pressure, expected it to rise; the two columns may be of different orders"
+        )
+    return line
+
+
+def _pairs_of_bends(
+    settings: CalibrationSettings, spec: RobotSpec, folder: RunFolder
+) -> PressurePairs:
+    assert settings.bends is not None
+    pressure, bend = read_bends(settings.bends)
+    folder.progress.stage(f"bending the {settings.model} leg")
+    mesh = spec.module.full.mesh
+    spec.module.reduced.check_mesh(mesh)
+    curve = simulated_bend_curve(
+        spec.module.reduced if settings.model == "reduced" else spec.module.full,
+        mesh,
+        settings.largest_simulated_kPa,
+        rotation=spec.physics.rotation,
+        progress=folder.progress,
+    )
+    return equal_bend_pairs(pressure, bend, curve)
+
+
+def _write_pairs(path: Path, pairs: PressurePairs) -> None:
+    lines = ["real_pressure_kPa,simulated_pressure_kPa"]
+    for real, simulated in zip(pairs.real_kPa, pairs.simulated_kPa, strict=True):
+        lines.append(f"{real:.6g},{simulated:.8g}")
+    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
