@@ -134,7 +134,8 @@ BENCH_TESTS = (
         0.01,
         False,
         10.0,
-        "Command a step and log the sensed pressure: how long until it begins to follow [s].",
+        "Take the leg off, close the outlet, command a small step and log the sensed pressure: "
+        "the time until 63 % of the step, which is the time constant of a first-order lag [s].",
     ),
     BenchTest(
         "level of the floor",

@@ -70,7 +70,13 @@ def read_mesh_file(
     try:
         read = meshio.read(path)
     except (meshio.ReadError, KeyError, ValueError, IndexError, SystemExit) as error:
-        raise MeshError(f"{path} cannot be read as a mesh: {error}") from error
+        hint = ""
+        if "gmsh:physical" in str(error):
+            hint = (
+                " Some elements seem to be in no physical group: give each volume and surface "
+                "one, or have gmsh save grouped elements alone (Mesh.SaveAll = 0)"
+            )
+        raise MeshError(f"{path} cannot be read as a mesh: {error}{hint}") from error
 
     try:
         mesh = _with_cavities_inward(_mesh_of(read, region_names or {}, scale))
@@ -149,14 +155,11 @@ def _members(
 ) -> Iterator[tuple[str, str, np.ndarray]]:
     """Regions' names with a kind of cell and its members' nodes."""
     groups = {name: own for name, own in read.cell_sets.items() if not name.startswith("gmsh:")}
-    numbered = any(dimension is None for _, dimension in names)  # by whoever reads the file
     # Of gmsh's newer formats, in which an element may be in several groups.
-    if groups and not numbered:
-        for name, own in groups.items():
-            for block, chosen in zip(read.cells, own, strict=True):
-                if block.type in _DIMENSION_OF and chosen is not None and len(chosen):
-                    yield name, block.type, block.data[chosen]
-        return
+    for name, own in groups.items():
+        for block, chosen in zip(read.cells, own, strict=True):
+            if block.type in _DIMENSION_OF and chosen is not None and len(chosen):
+                yield name, block.type, block.data[chosen]
     key = "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
     for block, tags in zip(read.cells, read.cell_data.get(key, ()), strict=False):
         if block.type not in _DIMENSION_OF:
@@ -164,7 +167,7 @@ def _members(
         dimension = _DIMENSION_OF[block.type]
         for tag in np.unique(tags):
             name = names.get((int(tag), dimension)) or names.get((int(tag), None))
-            if name is not None:
+            if name is not None and name not in groups:
                 yield name, block.type, block.data[np.asarray(tags).ravel() == tag]
 
 

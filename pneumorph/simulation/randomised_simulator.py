@@ -21,7 +21,7 @@ from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 LAG_STEPS = 5
-"""A lagging command is renewed after this many time steps."""
+"""A lagging command is renewed after this many time steps, and held at its mean over them."""
 
 
 class RandomisedSimulator:
@@ -168,20 +168,30 @@ def lagging_commands(commands_kPa: np.ndarray, lag_s: float, time_step_s: float)
     if lag_s == 0.0:
         return commands_kPa
     lagging = np.zeros_like(commands_kPa)
-    kept = np.exp(-LAG_STEPS * time_step_s / lag_s)
+    kept, mean = _remaining(np.array(lag_s), LAG_STEPS * time_step_s)
     now = np.zeros(commands_kPa.shape[1])
     for begin in range(0, len(commands_kPa), LAG_STEPS):
-        now = commands_kPa[begin] + (now - commands_kPa[begin]) * kept
-        lagging[begin : begin + LAG_STEPS] = now
+        command = commands_kPa[begin]
+        lagging[begin : begin + LAG_STEPS] = command + (now - command) * mean
+        now = command + (now - command) * kept
     return lagging
+
+
+def _remaining(lag_s: np.ndarray, time_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Which share of its distance to a command a first-order filter still has after a time, and has
+    on average until then: exp(-t / lag), and (1 - exp(-t / lag)) lag / t."""
+    with np.errstate(divide="ignore"):  # without a lag nothing is kept
+        kept = np.exp(-time_s / lag_s)
+    return kept, (1.0 - kept) * lag_s / time_s
 
 
 class LaggingSimulator:
     """A simulator whose regulators follow their command like a first-order filter, each robot's as
     its world has it.
 
-    The filter acts before the regulators' rate limit: after a time t of one command c the filtered
-    one is c + (c_0 - c) exp(-t / lag).
+    The filter acts before the regulators' rate limit or air: after a time t of one command c the
+    filtered one is c + (c_0 - c) exp(-t / lag). For a few steps at a time its mean over them is
+    passed on, so that commands come as late as they should.
     """
 
     def __init__(self, simulator: BatchedSimulator, worlds: Sequence[World]) -> None:
@@ -227,11 +237,10 @@ class LaggingSimulator:
         for begin in range(0, step_count, LAG_STEPS):
             count = min(LAG_STEPS, step_count - begin)
             time_s = count * self.simulator.physics.time_step_s
-            with np.errstate(divide="ignore"):  # without a lag nothing is kept
-                kept = np.exp(-time_s / self._lag_s)
-            new = command + (self._filtered - command) * kept
-            self._filtered = np.where(moving[:, None], new, self._filtered)
-            self.simulator.advance(self._filtered, count, active)
+            kept, mean = _remaining(self._lag_s, time_s)
+            away = np.where(moving[:, None], self._filtered - command, 0.0)
+            self.simulator.advance(command + away * mean, count, active)
+            self._filtered = np.where(moving[:, None], command + away * kept, self._filtered)
 
     @property
     def forward_position_mm(self) -> np.ndarray:

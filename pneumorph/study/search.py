@@ -137,7 +137,8 @@ def search(
         drawn = measured_worlds() if randomisation is None else randomisation
         check_worlds(robot, drawn)
         idle = idle_notes(robot, drawn)
-        worlds = TrainingWorlds(robot.agreeing_worlds(drawn), objective.worlds_per_design)
+        agreeing = robot.agreeing_worlds(drawn)
+        worlds = TrainingWorlds.of_objective(agreeing, objective, objective.worlds_per_design)
     environment = CrawlingEnvironment(
         space.some(settings.environment_count),
         robot.assembly,

@@ -93,6 +93,7 @@ def main(
         certificate = _certificate(source, work, "full" in steps)
     else:
         certificate = result_from_dict(Certificate, read_json(certified, "certificate"))
+        _refuse_other_pairs(source, certificate, certified)
     best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
     earlier = _earlier(out / "summary.json", digest, best.design)
     of_leg = earlier if earlier.get("leg_digest") == spec.reduction_digest() else {}
@@ -172,6 +173,23 @@ def _certificate(run: FinishedRun, work: Path, full: bool) -> Certificate:
         {"run": run.digest(), "certificate": settings, "robot": robot},
         lambda: certify(run, settings, robot.spec(), folder, from_walks(robot.leg_name)),
     )
+
+
+def _refuse_other_pairs(run: FinishedRun, certificate: Certificate, file: Path) -> None:
+    """Refuse a certificate whose finalists were fine-tuned again: seeds, damping and the bench are
+    of the training's own.
+
+    Raises:
+        ValueError: A pair of it is none of the training's.
+    """
+    for pair in certificate.pairs:
+        rank = int(pair.label.removeprefix("L"))
+        own = run.pairs()[rank - 1] if rank <= len(run.pairs()) else None
+        if own is None or str(own.design) != pair.design or Path(pair.gait).is_absolute():
+            raise ValueError(
+                f"{pair.label} of {file} is no pair of {run.folder}, expected the training's own: "
+                "finalists that were fine-tuned on another leg are in the folder of the round"
+            )
 
 
 def _earlier(summary: Path, digest: str, best_design: str) -> dict[str, Any]:

@@ -158,37 +158,63 @@ def test_a_skin_that_is_inside_and_cells_that_would_be_lost_are_refused(hollow, 
         _with_own_skin(hollow, tmp_path / "mixed.vtu", hollow.surfaces["skin"], **more)
 
 
-def test_a_face_may_be_in_two_groups_of_gmsh_s_newer_format(hollow, tmp_path):
-    """The sheet is part of the skin; gmsh writes its elements once, with both groups."""
-    bottom = {tuple(sorted(each)) for each in hollow.surfaces["bottom"].tolist()}
-    on = np.array([tuple(sorted(e)) in bottom for e in hollow.surfaces["skin"].tolist()])
-    skin = hollow.surfaces["skin"]
-    entities = [(hollow.surfaces["cavity"], [2]), (skin[on], [4, 3]), (skin[~on], [4])]
-    nodes, cells = hollow.nodes, hollow.tetrahedra
-    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", "4"]
-    lines += ['3 1 "solid"', '2 2 "cavity"', '2 3 "sheet"', '2 4 "skin"', "$EndPhysicalNames"]
-    lines += ["$Entities", "0 0 3 1"]
-    box = "0 0 0 9 9 9"
-    for number, (_, groups) in enumerate(entities, 1):
-        lines.append(f"{number} {box} {len(groups)} {' '.join(map(str, groups))} 0")
-    lines += [f"1 {box} 1 1 3 1 2 3", "$EndEntities"]
-    lines += ["$Nodes", f"1 {len(nodes)} 1 {len(nodes)}", f"3 1 0 {len(nodes)}"]
-    lines += [str(number + 1) for number in range(len(nodes))]
-    lines += [" ".join(map(str, map(float, place))) for place in nodes]
-    count = len(cells) + sum(len(faces) for faces, _ in entities)
+GROUPS = {"solid": (3, 1), "cavity": (2, 2), "sheet": (2, 3), "skin": (2, 4)}
+"""Dimension and number of gmsh's physical groups."""
+
+
+def write_newer(mesh, path, solid=("solid",)):
+    """As gmsh's format 4.1 has it: elements once, each entity with its groups, here the sheet as
+    part of the skin, and the tetrahedra in the groups `solid`."""
+    bottom = {tuple(sorted(each)) for each in mesh.surfaces["bottom"].tolist()}
+    skin = mesh.surfaces["skin"]
+    on = np.array([tuple(sorted(each)) in bottom for each in skin.tolist()])
+    entities = [
+        (2, mesh.surfaces["cavity"], ("cavity",)),
+        (2, skin[on], ("skin", "sheet")),
+        (2, skin[~on], ("skin",)),
+        (3, mesh.tetrahedra, solid),
+    ]
+    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", f"{len(GROUPS)}"]
+    lines += [f'{dimension} {number} "{name}"' for name, (dimension, number) in GROUPS.items()]
+    lines += ["$EndPhysicalNames", "$Entities", "0 0 3 1"]
+    for number, (dimension, _, names) in enumerate(entities, 1):
+        groups = " ".join(str(GROUPS[name][1]) for name in names)
+        bounded = "3 1 2 3" if dimension == 3 else "0"
+        lines.append(f"{number} 0 0 0 9 9 9 {len(names)} {groups} {bounded}")
+    count = len(mesh.nodes)
+    lines += ["$EndEntities", "$Nodes", f"1 {count} 1 {count}", f"3 4 0 {count}"]
+    lines += [str(number + 1) for number in range(count)]
+    lines += [" ".join(map(str, map(float, place))) for place in mesh.nodes]
+    count = sum(len(members) for _, members, _ in entities)
     lines += ["$EndNodes", "$Elements", f"4 {count} 1 {count}"]
-    tag = 1
-    blocks = [(2, n, 2, faces) for n, (faces, _) in enumerate(entities, 1)] + [(3, 1, 4, cells)]
-    for dimension, entity, kind, members in blocks:
-        lines.append(f"{dimension} {entity} {kind} {len(members)}")
-        for each in members:
-            lines.append(" ".join(map(str, [tag, *(each + 1)])))
-            tag += 1
-    path = tmp_path / "two.msh"
+    tags = iter(range(1, count + 1))
+    for number, (dimension, members, _) in enumerate(entities, 1):
+        lines.append(f"{dimension} {number} {2 if dimension == 2 else 4} {len(members)}")
+        lines += [" ".join(map(str, [next(tags), *(each + 1)])) for each in members]
     path.write_text("\n".join([*lines, "$EndElements"]) + "\n")
+
+
+def test_a_face_may_be_in_two_groups_of_gmsh_s_newer_format(hollow, tmp_path):
+    """The sheet is part of the skin; gmsh writes its elements once, with both groups. That a reader
+    numbers regions changes nothing of those that the file names."""
+    path = tmp_path / "two.msh"
+    write_newer(hollow, path)
     mesh = read_mesh_file(path, node_sets=("sheet", "skin"), contact_spacing_mm=4.0)
     assert len(mesh.surfaces["skin"]) == 108
     assert len(mesh.surfaces["sheet"]) == 18
+    path.write_text(path.read_text().replace('\n2 2 "cavity"', "").replace("Names\n4", "Names\n3"))
+    numbered = read_mesh_file(
+        path, node_sets=("sheet",), region_names={2: "cavity"}, contact_spacing_mm=4.0
+    )
+    assert numbered.digest() == mesh.digest()
+
+
+def test_elements_in_no_group_of_gmsh_are_told_of(hollow, tmp_path):
+    """gmsh saves them where it was asked for all."""
+    path = tmp_path / "all.msh"
+    write_newer(hollow, path, solid=())
+    with pytest.raises(MeshError, match=r"all\.msh .* in no physical group: .*SaveAll = 0"):
+        read_mesh_file(path, node_sets=("sheet", "skin"), contact_spacing_mm=4.0)
 
 
 def test_faces_that_are_held_or_turn_are_no_surface_of_their_own(hollow):

@@ -7,9 +7,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.gait.gait_file import read_gait, write_gait
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.driver import DriverError
+from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_pairs import Band
 
 HERE = Path(__file__).parent.parent.parent / "reproduce" / "robust"
@@ -32,6 +37,39 @@ def test_a_failure_is_below_the_band(script: Any) -> None:
     assert (found.share_within, found.share_below, found.share_above) == (0.25, 0.5, 0.25)
     assert found.failed == 1
     assert found.distances_cm == (0.5, None, 2.0, 3.5)
+
+
+def test_a_hidden_robot_is_driven_as_its_regulators_lag(
+    script: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pressures come later by the world's time constant on average, and what was kept of another
+    gait is not taken for that of this one."""
+    driven = []
+
+    def walked(gait: Path, _: Any, rig: Any, *__: Any) -> tuple[float, str]:
+        driven.append((read_gait(gait)[0], rig))
+        return 1.0, ""
+
+    monkeypatch.setattr(script, "rig_distance_cm", walked)
+    gait = HeldGait.evenly(np.array([[0.0, 0.0, 0.0], [60.0, 20.0, 0.0]]), 1.0)
+    file = write_gait(tmp_path / "gait.csv", gait, {"design": "1.0.0.2.2.0.0.1"})
+    worlds, robot = Randomisation(regulator_lag_s="0.08"), RobotOptions.of("published")
+    band = Band(0.5, 1.0, 1.5, 1.0, 0.2, 0)
+    found = script.covered(file, robot, worlds, band, 2, tmp_path / "work")
+    assert found.share_within == 1.0
+    assert [rig.seed for _, rig in driven] == [1000, 1001]
+    for lagging, _ in driven:
+        times = np.arange(0.025, 2.0, 0.05)
+        passed = np.array([lagging.pressure_kPa(each) for each in times])
+        missing = (np.array([60.0, 20.0]) - passed[20:, :2]).sum(axis=0) * 0.05
+        # What is missing after one second is exp(-1 / 0.08) of it.
+        np.testing.assert_allclose(missing, 0.08 * np.array([60.0, 20.0]), rtol=1e-5)
+        assert not passed[:20].any()
+    script.covered(file, robot, worlds, band, 2, tmp_path / "work")
+    assert len(driven) == 2
+    write_gait(file, HeldGait.evenly(np.full((2, 3), 30.0), 1.0), {"design": "1.0.0.2.2.0.0.1"})
+    with pytest.raises(ValueError, match="was made with gait"):
+        script.covered(file, robot, worlds, band, 2, tmp_path / "work")
 
 
 def test_what_stops_a_trial_is_kept(

@@ -258,7 +258,8 @@ def test_the_papers_surfaces_are_drawn_over_what_is_known_of_them() -> None:
 
 
 def test_lagging_regulators_follow_a_first_order_filter() -> None:
-    """After a time t of one command c the pressure is c (1 - exp(-t / lag)), the rate allowing."""
+    """After a time t of one command c the filter is at c (1 - exp(-t / lag)), the rate allowing;
+    for five steps of 0.01 s at a time the pressure is at its mean over them."""
     robot = paper_robot("published").assembly(DESIGN)
     lag, steps = 0.3, 60
     simulator = simulator_in_worlds(
@@ -266,9 +267,19 @@ def test_lagging_regulators_follow_a_first_order_filter() -> None:
     )
     simulator.advance(np.array([[10.0, 20.0, 0.0]]), steps)
     regulated = simulator.simulator.read("regulated")[0]
-    np.testing.assert_allclose(regulated[:2], np.array([10.0, 20.0]) * (1 - np.exp(-0.6 / lag)))
+    missing = (np.exp(-0.55 / lag) - np.exp(-0.6 / lag)) * lag / 0.05
+    np.testing.assert_allclose(regulated[:2], np.array([10.0, 20.0]) * (1.0 - missing))
     simulator.reset()
     assert not simulator._filtered.any()
+
+
+@pytest.mark.parametrize("lag", [0.01, 0.05, 0.1])
+def test_a_command_comes_as_late_as_the_lag(lag: float) -> None:
+    """The mean delay of a first-order filter's answer to a step is its time constant: the integral
+    of what is missing, over the step. What is still missing at the end is exp(-2 / lag) of it."""
+    commands = np.full((200, 1), 40.0)
+    missing = 1.0 - lagging_commands(commands, lag, 0.01) / commands
+    assert 0.01 * missing.sum() == pytest.approx(lag * (1.0 - np.exp(-2.0 / lag)), rel=1e-9)
 
 
 def test_commands_of_a_gait_lag_as_the_simulators_do() -> None:
