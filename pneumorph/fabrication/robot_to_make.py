@@ -238,13 +238,20 @@ def described_robot_to_make(
 
     Raises:
         ValueError: The design has no legs, is of another number of sites, or breaks an exclusion;
-            or the hub is to be checked.
+            or the hub is to be checked, or sizes are given that the file has.
     """
     if settings.check_hub:
         raise ValueError(
             "check_hub is given beside a robot's file, expected one of them: only the paper's hub "
             "is checked as finite elements"
         )
+    usual = FabricationSettings()
+    for name in ("leg", "disk", "mounting"):
+        if getattr(settings, name) != getattr(usual, name):
+            raise ValueError(
+                f"{name} is given beside a robot's file, expected the file's own sizes alone: "
+                "change them there, for what is built is what is simulated"
+            )
     design = _with_legs(design)
     if design.location_count != len(robot.sites):
         raise ValueError(

@@ -41,6 +41,16 @@ def test_what_cannot_be_simulated_is_not_built(design: str, why: str) -> None:
         _made(design)
 
 
+def test_sizes_beside_a_robots_file_are_refused() -> None:
+    """They were ignored; walls and the printer's are the workshop's, whatever the robot."""
+    robot = RobotDescription.read(PLATE)
+    longer = FabricationSettings(leg=PneuNetShape().scaled(2.0))
+    with pytest.raises(ValueError, match="leg is given beside a robot's file"):
+        described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), longer)
+    walls = FabricationSettings(hub=HubSettings(wall_mm=3.0))
+    described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), walls)
+
+
 def test_one_regulator_of_a_leg_of_two_chambers_has_a_tube_to_each() -> None:
     legs = [seat for seat in _made("0.1.0.2.0.1.0.2", CHAMBERS).seats if seat.leg is not None]
     assert [seat.regulators for seat in legs][:2] == [(1, 1), (2, 2)]
