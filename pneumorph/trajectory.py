@@ -191,6 +191,13 @@ class Trajectory(ShownInNotebooks):
         roll, pitch = (np.degrees(np.arcsin(np.clip(up, -1.0, 1.0))) for up in (left, forward))
         return roll, pitch
 
+    @property
+    def lean_deg(self) -> Float[np.ndarray, " frame"]:
+        """Angle between the hub's upward axis and the floor's normal [degrees], 0 to 180: above 90
+        it lies on its back."""
+        lean: np.ndarray = np.degrees(np.arccos(np.clip(self.hub_rotation[:, 2, 2], -1.0, 1.0)))
+        return lean
+
     def with_skin_only(self) -> Trajectory:
         """The same with the nodes of the skin alone, numbered anew: a third of the nodes.
 

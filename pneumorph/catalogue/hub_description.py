@@ -27,6 +27,8 @@ Vector = tuple[float, float, float]
 Density = Annotated[float, Bounds(above=0.0, most=25.0, why="in g/ml, of which water has 1")]
 Payload = Annotated[float, Bounds(least=0.0, most=1e4, why="in g; these legs carry some 100")]
 
+LEAST_PAYLOAD_G = 0.1
+"""A payload of less is in another unit [g]."""
 _ON_EDGE_MM = 1e-6
 _BESIDE_MM = 1e-3
 _OF_ENVELOPE_G_PER_ML = (0.005, 100.0)
@@ -130,6 +132,11 @@ class HubDescription(Checked):
             raise ValueError(
                 f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
                 "hang on one node"
+            )
+        if 0.0 < self.payload_g < LEAST_PAYLOAD_G:
+            raise ValueError(
+                f"payload_g is {self.payload_g:g}, expected 0 or at least {LEAST_PAYLOAD_G:g}: it "
+                "is in grams"
             )
         least = self._least_size_mm()
         if self.wall_mm is not None and self.wall_mm >= 0.5 * least:
@@ -335,7 +342,10 @@ class HubDescription(Checked):
         if self.tracked_point_mm is not None:
             return self.tracked_point_mm
         low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
-        return (0.5 * float(low[0] + high[0]), 0.5 * float(low[1] + high[1]), float(high[2]))
+        middle = 0.5 * (low + high)
+        if self.shape == "mesh":  # the box about it may lie to one side of it
+            middle = MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, 1.0).centre_mm
+        return float(middle[0]), float(middle[1]), float(high[2])
 
     def _contact_points(self, mesh: Mesh) -> np.ndarray:
         if self.contact == "none":

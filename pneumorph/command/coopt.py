@@ -61,10 +61,10 @@ def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
     """Train as the options say, and show it on a page."""
     if options.resume and not has_checkpoint(folder.path / TRAINING_FOLDER):
         folder.progress.say(f"{folder.path} has no checkpoint to go on from: a new training begins")
-    start = time.monotonic()
     found = train_as_asked(options, folder)
     if not options.page:
         return found
+    start = time.monotonic()
     folder.progress.stage("drawing the page")
     summary = {"verb": folder.verb, **folder.provenance, **result_to_dict(found)}
     shown = FinishedRun(folder.path, summary, settings_to_dict(options))
@@ -73,7 +73,7 @@ def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
         page = write_run_page(shown, folder / "report/page.html").page
     except OSError as error:  # such as a full disk: what was learned is there all the same
         folder.progress.say(f"no page: {error}; `pneumorph report {folder.path}` draws it")
-    return Learned(**{**vars(found), "wall_s": time.monotonic() - start}, page=page)
+    return Learned(**{**vars(found), "wall_s": found.wall_s + time.monotonic() - start}, page=page)
 
 
 VERB = Verb(TrainingOptions, run, PRESETS)

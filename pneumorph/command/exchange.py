@@ -1,9 +1,9 @@
 """Convert gaits and reductions to other programs' files, and back.
 
 A gait (CSV, or sorotraj YAML) is converted to the other format: --to csv or --to sorotraj. A
-reduced leg (npz, or `shipped` for the one that ships) becomes a SOFA scene for the
-ModelOrderReduction plugin with --to sofa; a folder with your own reduction in that plugin's format
-becomes a reduced leg with --to part.
+reduced leg of the published physics (npz, or `shipped` for the one that ships) becomes a SOFA scene
+for the ModelOrderReduction plugin with --to sofa, which knows no relaxation as measured legs have;
+a folder with your own reduction in that plugin's format becomes a reduced leg with --to part.
 
 Writes gait.csv, gait.yaml, scene.py with its files, or part.npz.
 

@@ -20,6 +20,7 @@ from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartSummary
+from pneumorph.reduction.reduced_part import ReducedPart
 
 SHIPPED = "shipped"
 """Stands for the leg that ships, in place of a file."""
@@ -87,7 +88,14 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
     # What any such leg is compared with: the paper's materials, whatever its file says of them.
     model = leg_model(paper_leg_mesh() if settings.mesh is None else load_leg_mesh(settings.mesh))
     if settings.to == "sofa":
-        leg = paper_leg("published", None if source == SHIPPED else Path(source))
+        own = None if source == SHIPPED else Path(source)
+        if own is not None and ReducedPart.load(own).relaxation is not None:
+            raise ValueError(
+                f"{source} is a leg of the measured physics (it relaxes), expected one of the "
+                "published physics: the scene's plugin knows no relaxation; `pneumorph reduce "
+                "--preset paper` makes one"
+            )
+        leg = paper_leg("published", own)
         scene = export_sofa_scene(folder.path, leg.reduced, model, settings.physics)
         return {"scene": str(scene), "leg": leg.describe()}
     part = reduced_part_of(read_sofa_reduction(Path(source)), model)

@@ -29,6 +29,7 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.region_names import cavity_regions
+from pneumorph.geometry.surface import enclosed_centre
 from pneumorph.robot.design import Design
 
 _AROUND = 96
@@ -54,6 +55,23 @@ class LegToMake:
     simulated_mass_g: float
     count: int
     silicone: str | None = None
+
+    @cached_property
+    def chambers_leftwards_mm(self) -> np.ndarray:
+        """How far left of the leg's middle plane each chamber's middle is [mm], (chamber,)."""
+        regions = [self.mesh.surfaces[name] for name in cavity_regions(self.mesh)]
+        return np.array([enclosed_centre(self.mesh.nodes, region)[1] for region in regions])
+
+    @cached_property
+    def chamber_names(self) -> tuple[str, ...]:
+        """What each chamber is called on paper: left or right where two lie beside each other,
+        otherwise as in the mesh; empty of the only one."""
+        names, left_mm = cavity_regions(self.mesh), self.chambers_leftwards_mm
+        if len(names) == 1:
+            return ("",)
+        if len(names) == 2 and left_mm.min() < 0.0 < left_mm.max():
+            return tuple("left" if each > 0.0 else "right" for each in left_mm)
+        return tuple(names)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,18 +24,15 @@ class TubeRun:
     length_mm: float
     """Cut length [mm]."""
     chamber: int = 1
-    """Which chamber of the leg, from 1, the left one first."""
+    """Which chamber of the leg, from 1, in the order of its mesh's cavities."""
     chambers: int = 1
     """How many chambers the leg has."""
     leg: str = ""
     """The kind of leg; empty where there is one and no need of a name."""
     site: str = ""
     """What the site is called; empty for its number."""
-
-    @property
-    def side(self) -> str:
-        """Which of two chambers, for a person; empty of the only one."""
-        return ("", f", {'left' if self.chamber == 1 else 'right'}")[self.chambers > 1]
+    side: str = ""
+    """Which of several chambers, for a person; empty of the only one."""
 
 
 def tube_plan(seats: Sequence[Seat], workshop: WorkshopSettings) -> list[TubeRun]:
@@ -55,6 +52,7 @@ def tube_plan(seats: Sequence[Seat], workshop: WorkshopSettings) -> list[TubeRun
             len(seat.regulators),
             "" if seat.leg is None else seat.leg.name,
             seat.name,
+            "" if seat.leg is None else seat.leg.chamber_names[chamber - 1],
         )
         for seat in seats
         for chamber, regulator in enumerate(seat.regulators, start=1)
@@ -69,6 +67,7 @@ def tubes_csv(tubes: Sequence[TubeRun]) -> str:
         name
         for name, told in (
             ("chamber", any(run.chambers > 1 for run in tubes)),
+            ("side", any(run.side for run in tubes)),
             ("leg", any(run.leg for run in tubes)),
             ("site", any(run.site for run in tubes)),
         )

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.mesh import Mesh, MeshError
@@ -138,6 +140,7 @@ def _regions(
         (int(tag), int(dimension)): name for name, (tag, dimension) in read.field_data.items()
     }
     names |= {(tag, None): name for tag, name in region_names.items()}
+    _check_numbers(read, region_names)
     triangles: dict[str, list[np.ndarray]] = {}
     nodes: dict[str, list[np.ndarray]] = {}
     for name, kind, members in _members(read, names):
@@ -150,6 +153,28 @@ def _regions(
     )
 
 
+def _check_numbers(read: Any, region_names: dict[int, str]) -> None:
+    """Refuse to name a region that is not there.
+
+    Raises:
+        MeshError: No element has that number.
+    """
+    tags = read.cell_data.get(_tag_field(read), ())
+    there = {int(tag) for own in tags for tag in np.unique(own)}
+    for number, name in region_names.items():
+        if number not in there:
+            known = ", ".join(map(str, sorted(there))) or "none"
+            raise MeshError(
+                f"no element is in region {number}, which is to be called {name!r}, expected one "
+                f"of the file's: {known}"
+            )
+
+
+def _tag_field(read: Any) -> str:
+    """What the cell data that numbers the regions is called."""
+    return "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
+
+
 def _members(
     read: Any, names: dict[tuple[int, int | None], str]
 ) -> Iterator[tuple[str, str, np.ndarray]]:
@@ -160,8 +185,7 @@ def _members(
         for block, chosen in zip(read.cells, own, strict=True):
             if block.type in _DIMENSION_OF and chosen is not None and len(chosen):
                 yield name, block.type, block.data[chosen]
-    key = "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
-    for block, tags in zip(read.cells, read.cell_data.get(key, ()), strict=False):
+    for block, tags in zip(read.cells, read.cell_data.get(_tag_field(read), ()), strict=False):
         if block.type not in _DIMENSION_OF:
             continue
         dimension = _DIMENSION_OF[block.type]
@@ -242,6 +266,7 @@ def _with_skin(mesh: Mesh) -> Mesh:
         MeshError: A triangle of the file's is none of that boundary.
     """
     outer = outer_boundary(mesh)
+    _check_no_hole(mesh, outer)
     if "skin" in mesh.surfaces:
         outwards = {tuple(sorted(each)): each for each in outer.tolist()}
         own = [tuple(sorted(each)) for each in mesh.surfaces["skin"].tolist()]
@@ -258,6 +283,29 @@ def _with_skin(mesh: Mesh) -> Mesh:
         ]
         outer = np.array(turned)
     return replace(mesh, surfaces={**mesh.surfaces, "skin": outer})
+
+
+def _check_no_hole(mesh: Mesh, outer: np.ndarray) -> None:
+    """Refuse a solid with a closed hole that is no cavity: nothing would inflate it, and its wall
+    would be skin.
+
+    Raises:
+        MeshError: It has one.
+    """
+    first, other = outer[:, [0, 1, 2]].ravel(), outer[:, [1, 2, 0]].ravel()
+    count = len(mesh.nodes)
+    graph = coo_array((np.ones(len(first)), (first, other)), shape=(count, count))
+    _, piece = connected_components(graph.tocsr(), directed=False)
+    of_triangle = piece[outer[:, 0]]
+    for each in np.unique(of_triangle):
+        volume = enclosed_volume(mesh.nodes, outer[of_triangle == each])
+        if volume < 0.0:
+            known = ", ".join(cavity_regions(mesh)) or "none"
+            raise MeshError(
+                f"the solid has a closed hole of {-volume:.4g} mm^3 that is in no cavity (they "
+                f"are: {known}), expected each in a region whose name begins with cavity, such as "
+                "cavity_left, or filled"
+            )
 
 
 def _same_way(first: list[int], second: list[int]) -> bool:

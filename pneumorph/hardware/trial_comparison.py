@@ -13,6 +13,10 @@ from pneumorph.gait.walk import cycle_slides, step_rewards
 from pneumorph.hardware.trial import Trial
 from pneumorph.trajectory import Trajectory
 
+LEAST_SIMULATED = {"cm": 0.1, "degrees": 1.0}
+"""What a simulation must achieve for a ratio to it, by unit: a marker is seen to some 0.2 mm, and a
+turn to a degree or so."""
+
 
 @dataclass(frozen=True, eq=False)
 class ComparedPath:
@@ -58,8 +62,9 @@ class ComparedPath:
 
     @property
     def transfer_ratio(self) -> float | None:
-        """Measured over simulated; None where the simulation achieves nothing or fails."""
-        if not self.simulated_whole or abs(self.simulated_end) < 1e-6:
+        """Measured over simulated; None where the simulation fails or achieves next to nothing, to
+        which noise alone has a ratio."""
+        if not self.simulated_whole or abs(self.simulated_end) < LEAST_SIMULATED[self.goal.unit]:
             return None
         return self.mean / self.simulated_end
 

@@ -30,6 +30,8 @@ class PartSummary:
     """None in summaries of earlier versions."""
     silicone: str | None = None
     """The supplier's name of what it is of; None of what is not in the table of silicones."""
+    digest: str | None = None
+    """Hash of all that it is; None in summaries of earlier versions."""
 
     @property
     def sizes(self) -> str:
@@ -44,6 +46,16 @@ class PartsSummary(PartSummary):
 
     others: dict[str, PartSummary] = field(default_factory=dict)
     """By what they are called."""
+
+    def changed_since(self, earlier: PartsSummary) -> list[str]:
+        """What parts are called that are others than in an earlier summary, as far as that says.
+
+        Args:
+            earlier: Of the same robot.
+        """
+        now, then = ({each.part: each.digest for each in (one, *one.others.values())}
+                     for one in (self, earlier))  # fmt: skip
+        return [name for name, was in then.items() if was is not None and now.get(name) != was]
 
     @property
     def sizes(self) -> str:

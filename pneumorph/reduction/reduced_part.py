@@ -237,6 +237,7 @@ class ReducedPart(ReducedArrays):
             knows_range=self.knows_range,
             mass_kg=self.mass,
             silicone=silicone_of(self.tetrahedron_material),
+            digest=self.digest(),
         )
 
     @property

@@ -187,8 +187,10 @@ def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
         outer = float(np.max(np.concatenate(boxes)[:, :2] @ direction))
         across = seat.face_mm[:2] - (seat.face_mm[:2] @ direction) * direction
         left = np.array([-direction[1], direction[0]])
-        for place, regulator in enumerate(seat.regulators):
-            # Tubes of two chambers beside each other.
+        ways = np.zeros(1) if seat.leg is None else seat.leg.chambers_leftwards_mm
+        places = np.argsort(np.argsort(-ways, kind="stable"), kind="stable")
+        for place, regulator in zip(places, seat.regulators, strict=True):
+            # Tubes of several chambers beside each other, as the chambers are.
             beside = 2.0 * unit * (len(seat.regulators) - 1 - 2 * place) * left
             near = hub.well_radius_mm * direction + beside
             x, y = np.column_stack([near, across + (inner + 4.0) * direction + beside])
@@ -297,7 +299,7 @@ def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> 
         ["location", "direction", "regulator", "cut to"],
         [
             [
-                f"{t.location}{t.side}",
+                f"{t.location}, {t.side}" if t.side else f"{t.location}",
                 f"{t.direction_deg:g}°", str(t.regulator), f"{t.length_mm:g} mm",
             ]
             for t in tubes

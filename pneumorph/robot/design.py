@@ -276,11 +276,17 @@ class Design:
         )
         block[:, 0] = 1.0
         for location, module, regulators in self.fittings:
-            if module >= module_count or len(regulators) > cavity_count:
+            if module >= module_count:
+                letter, last = (chr(ord("a") + each) for each in (module, module_count - 1))
+                kinds = "a, the only kind" if module_count == 1 else f"a to {last}"
                 raise ValueError(
-                    f"design {self} has a module of kind {module + 1} with {len(regulators)} "
-                    f"cavities at location {location}, expected at most {module_count} kinds and "
-                    f"{cavity_count} cavities"
+                    f"design {self} has a leg of kind {letter} at location {location}, expected "
+                    f"{kinds}"
+                )
+            if len(regulators) > cavity_count:
+                raise ValueError(
+                    f"design {self} has a leg on {len(regulators)} regulators at location "
+                    f"{location}, expected at most {cavity_count}, as many as it has cavities"
                 )
             block[location, 0] = 0.0
             block[location, module * regulator_count + regulators[0]] = 1.0

@@ -16,6 +16,8 @@ from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.recorded_walk import recorded_walk
+from pneumorph.study.toppled_note import toppled_note
+from pneumorph.trajectory import Trajectory
 
 SWEEP_FILE = "phase_sweep.npz"
 TRAJECTORY_FILE = "baseline_trajectory.npz"
@@ -44,6 +46,19 @@ class BestPhase:
     """How far a leg went at any phase, relative to its furthest snapshot; None where that is not
     known."""
 
+    baseline_lean_deg: float | None = None
+    """How far the hub leaned at most at the best phase [degrees]; None in runs of an earlier
+    version."""
+
+    @property
+    def expert_notes(self) -> tuple[str, ...]:
+        """What to tell of the expert's robot: that it left its legs' snapshots, or toppled."""
+        told = (
+            range_note("The expert's robot", self.baseline_range_ratio),
+            toppled_note("The expert's robot", self.baseline_lean_deg),
+        )
+        return tuple(note for note in told if note is not None)
+
     @property
     def best_achieved_by_expert(self) -> float:
         """What of the goal the best phase achieves [its unit], in files of any version."""
@@ -59,8 +74,8 @@ class BestPhase:
                 )
 
     @classmethod
-    def of(cls, sweep: PhaseSweep, design: str, goal: Goal) -> BestPhase:
-        """That of a sweep with a design, for a goal."""
+    def of(cls, sweep: PhaseSweep, design: str, goal: Goal, walked: Trajectory) -> BestPhase:
+        """That of a sweep with a design, for a goal, and of the walk of its best phase."""
         return cls(
             baseline_design=design,
             baseline_best_distance_cm=sweep.best_distance_cm,
@@ -72,6 +87,7 @@ class BestPhase:
             baseline_best_achieved=float(sweep.counted[sweep.best]),
             phases_achieved=tuple(sweep.counted.tolist()),
             baseline_range_ratio=sweep.furthest_ratio,
+            baseline_lean_deg=float(walked.lean_deg.max()),
         )
 
 
@@ -93,12 +109,11 @@ def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -
     start = time.monotonic()
     say_unseen_pressure(spec, 2.0 * settings.gait.amplitude_kPa, folder.progress.say)
     best = swept(spec, settings, folder)
-    note = range_note("The expert's robot", best.baseline_range_ratio)
     return Baseline(
         **vars(best),
         **spec.describe(),
         wall_s=time.monotonic() - start,
-        notes=() if note is None else (note,),
+        notes=best.expert_notes,
     )
 
 
@@ -127,4 +142,4 @@ def swept(
         description={"gait": f"expert, {gait.phase_deg:g}°"},
     )
     trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
-    return BestPhase.of(sweep, settings.design, goal)
+    return BestPhase.of(sweep, settings.design, goal, trajectory)

@@ -182,6 +182,14 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
             the animations' eight, or one that diverges.
     """
     start = time.monotonic()
+    for chosen in settings.runs().values():
+        for each in chosen:
+            if each.design.location_count != len(robot.sites):
+                raise ValueError(
+                    f"the robot has {len(robot.sites)} sites, expected "
+                    f"{each.design.location_count}: the animations that are compared are of the "
+                    "paper's robot; compare one of as many sites, with one kind of leg"
+                )
     _ = robot.module  # one kind, whose bend is compared
     for chosen in settings.runs().values():
         for each in chosen:

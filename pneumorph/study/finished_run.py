@@ -34,6 +34,7 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.calibration import UsedCalibration
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
@@ -273,7 +274,28 @@ class FinishedRun:
     def handed_on(self, settings: Mapping[str, Any], said: str = "leg and physics") -> TakenOver:
         """Settings for a later verb, with what is said of them: whose, and under which damping."""
         damping = f"({self.robot.physics.damping} damping)"
-        return TakenOver(self.folder, settings, f"{said} of {self.folder} {damping}")
+        changed = self._changed_parts()
+        note = (
+            f"; {', '.join(changed)} is not what it was then: what is found here is of the part as "
+            "it is now"
+            if changed
+            else ""
+        )
+        return TakenOver(self.folder, settings, f"{said} of {self.folder} {damping}{note}")
+
+    def _changed_parts(self) -> list[str]:
+        """What those of its robot's reduced parts are called that were reduced again since."""
+        told = self.summary.get("leg")
+        if told is None:
+            return []
+        then = result_from_dict(PartsSummary, told)
+        if all(each.digest is None for each in (then, *then.others.values())):
+            return []  # of an earlier version
+        try:
+            now: PartsSummary = self.spec().describe()["leg"]
+        except ArtefactError:
+            return []  # a file is gone, which whoever walks its robot is told
+        return now.changed_since(then)
 
     def handed_on_with_worlds(self, group: str) -> TakenOver:
         """Its leg and physics for a later verb, and the worlds it was trained in, if it was.

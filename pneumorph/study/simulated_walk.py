@@ -25,6 +25,7 @@ from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import Model, recorded_walk
+from pneumorph.study.toppled_note import toppled_note
 from pneumorph.trajectory import Trajectory
 
 TRAJECTORY_FILE = "trajectory.npz"
@@ -170,7 +171,14 @@ def simulate(
         steps=_read(StepReport, told.get("steps")),
         reason=told.get("reason"),
         range_ratio=told.get("range_ratio"),
-        notes=tuple(filter(None, [range_note("The robot", told.get("range_ratio"))])),
+        notes=tuple(
+            note
+            for note in (
+                range_note("The robot", told.get("range_ratio")),
+                toppled_note("The robot", float(trajectory.lean_deg.max())),
+            )
+            if note is not None
+        ),
         simulation_wall_s=simulated_s,
         wall_s=time.monotonic() - start,
     )

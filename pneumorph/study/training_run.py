@@ -49,6 +49,7 @@ from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_rewar
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
 from pneumorph.study.shown_gaits import digests_of_shown
+from pneumorph.study.toppled_note import toppled_note
 from pneumorph.study.training_result import TrainingResult, fields_of_learned, ranked_by
 from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.trajectory import Trajectory
@@ -95,7 +96,7 @@ def run_training(
             settings.
     """
     start = time.monotonic()
-    _check(settings, spec, folder, resume, worlds, baseline, certificate)
+    checked = _check(settings, spec, folder, resume, worlds, baseline, certificate)
     name = None if own_task is None else task_name(own_task)
     if keeps_usual_reward(own_task) or settings.sided_reward:
         check_equal_designs(settings.space, settings.task.goal, settings.sided_reward)
@@ -184,6 +185,7 @@ def run_training(
         certificate=certified,
         shown=tuple(shown),
         notes=(
+            *checked,
             *learned.remarks,
             *_untaught(learned, settings),
             *_range_notes(expert, replayed),
@@ -229,12 +231,11 @@ def _untaught(learned: CooptResult, settings: CooptSettings) -> list[str]:
 
 def _range_notes(expert: BestPhase, replayed: Trajectory | None) -> list[str]:
     """What to tell of the expert's robot and of the best pair's, in the world as it stands."""
-    ratio = None if replayed is None else replayed.metadata.get("range_ratio")
-    told = (
-        range_note("The expert's robot", expert.baseline_range_ratio),
-        range_note("The best pair's robot", ratio),
-    )
-    return [note for note in told if note is not None]
+    if replayed is None:
+        return [*expert.expert_notes]
+    who, ratio = "The best pair's robot", replayed.metadata.get("range_ratio")
+    told = range_note(who, ratio), toppled_note(who, float(replayed.lean_deg.max()))
+    return [*expert.expert_notes, *(note for note in told if note is not None)]
 
 
 def _check(
@@ -245,7 +246,7 @@ def _check(
     worlds: TrainingWorlds | None,
     baseline: PhaseSweepSettings,
     certificate: CertificateSettings | None,
-) -> None:
+) -> list[str]:
     wanted, drawn = settings.objective.worlds_per_design, worlds.world_count if worlds else 1
     if wanted > 1 and wanted != drawn:
         raise ValueError(
@@ -279,6 +280,7 @@ def _check(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "
             "--out"
         )
+    return [] if note is None else [note]
 
 
 def _replay_best(

@@ -20,6 +20,7 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import (
+    LEAST_SIMULATED,
     TrialComparison,
     check_length,
     compare_trials,
@@ -180,6 +181,11 @@ def transfer(
                 f"the simulation of {each.label} ended after {counted.time_s[-1]:.2f} s of "
                 f"{each.gait.duration_s:g} s: what was measured until then stands beside it, and "
                 "there is no ratio"
+            )
+        elif counted.transfer_ratio is None:
+            notes.append(
+                f"the simulation of {each.label} achieves {counted.simulated_end:.2g} {goal.unit}, "
+                f"less than {LEAST_SIMULATED[goal.unit]:g}: there is no ratio to so little"
             )
         folder.progress.say(
             f"{each.label}: {goal.label} {goal.said(counted.mean)} measured, "

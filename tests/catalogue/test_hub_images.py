@@ -1,10 +1,13 @@
 """A hub that a symmetry of its robot turns into another one is refused."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.box_mesh import box_mesh
 
+from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.hub_images import check_hub_images
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.paper_robot import paper_hub
@@ -62,3 +65,16 @@ def test_what_a_symmetry_leaves_as_it_is_is_taken(plate):
     ahead = replace(plate, tracked_point=plate.tracked_point + AHEAD)
     check_hub_images(ahead, mirror=True, same=())
     check_hub_images(replace(plate, contact_points=np.zeros((0, 3))), mirror=True, same=("90",))
+
+
+def test_what_is_tracked_of_a_mesh_lies_above_its_centre_of_volume(tmp_path: Path) -> None:
+    """Of a wedge whose width falls evenly to a third from back to front: at 5/12 of its length, the
+    first moment of 1 - 2 x / 3 over its integral, (1/2 - 2/9) / (2/3) = 5/12. Its box has half."""
+    box = box_mesh((120.0, 60.0, 10.0), (6, 4, 2))
+    nodes = np.array(box.nodes)
+    nodes[:, 1] = (nodes[:, 1] - 30.0) * (1.0 - nodes[:, 0] / 180.0)
+    replace(box, nodes=nodes).save(tmp_path / "hub.npz")
+    hub = HubDescription("mesh", mesh="hub.npz", mass_kg=0.1, payload_g=20.0, contact="none")
+    made = hub.spec(tmp_path)
+    np.testing.assert_allclose(made.tracked_point, [50.0, 0.0, 10.0], atol=1e-9)
+    np.testing.assert_allclose(made.mass.centre_mm[:2], [50.0, 0.0], atol=1e-9)

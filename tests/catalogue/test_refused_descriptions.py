@@ -227,6 +227,12 @@ def test_modules_that_reach_into_each_other_are_refused_where_a_design_has_both(
     assert len(RobotDescription.read(path).spec().sites) == 6
 
 
+def test_a_payload_of_kilograms_is_refused(edited: Edited) -> None:
+    path = edited("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\npayload_g = 0.03")
+    with pytest.raises(ArtefactError, match=r"payload_g is 0\.03, .* 0\.1: it is in grams"):
+        RobotDescription.read(path)
+
+
 @pytest.mark.parametrize("point", ["payload_g = 40\npayload_mm", "tracked_point_mm"])
 def test_a_point_beside_the_middle_is_refused_where_the_robot_is_said_to_be_its_half_turn(
     edited: Edited, point: str

@@ -60,14 +60,16 @@ def test_parts_of_the_experts_robot() -> None:
 
 
 def test_a_tube_for_each_chamber() -> None:
-    runs = [TubeRun(0, 45.0, k, 90.0, k, 2, "twin", "front") for k in (1, 2)]
+    runs = [
+        TubeRun(0, 45.0, k, 90.0, k, 2, "twin", "front", side)
+        for k, side in ((1, "left"), (2, "right"))
+    ]
     runs.append(TubeRun(1, 90.0, 2, 80.0, leg="short"))
-    assert [run.side for run in runs] == [", left", ", right", ""]
     assert tubes_csv(runs).splitlines() == [
-        "location,direction_deg,regulator,length_mm,chamber,leg,site",
-        "0,45,1,90.0,1,twin,front",
-        "0,45,2,90.0,2,twin,front",
-        "1,90,2,80.0,1,short,",
+        "location,direction_deg,regulator,length_mm,chamber,side,leg,site",
+        "0,45,1,90.0,1,left,twin,front",
+        "0,45,2,90.0,2,right,twin,front",
+        "1,90,2,80.0,1,,short,",
     ]
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.two_chambers import two_chamber_mesh
 
@@ -12,11 +14,13 @@ from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub_settings import HubSettings
 from pneumorph.fabrication.leg_socket import channel_height_mm
 from pneumorph.fabrication.robot_to_make import (
+    LegToMake,
     RobotToMake,
     _check_chambers,
     described_robot_to_make,
 )
 from pneumorph.fabrication.solid import FabricationError
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
@@ -54,6 +58,27 @@ def test_sizes_beside_a_robots_file_are_refused() -> None:
 def test_one_regulator_of_a_leg_of_two_chambers_has_a_tube_to_each() -> None:
     legs = [seat for seat in _made("0.1.0.2.0.1.0.2", CHAMBERS).seats if seat.leg is not None]
     assert [seat.regulators for seat in legs][:2] == [(1, 1), (2, 2)]
+
+
+def test_chambers_are_called_by_where_they_lie() -> None:
+    """Whatever their regions are called, and in whichever order; ones behind each other by name."""
+    mesh = two_chamber_mesh()
+    left, right = (mesh.surfaces[f"cavity_{side}"] for side in ("left", "right"))
+    others = {n: each for n, each in mesh.surfaces.items() if not n.startswith("cavity")}
+
+    def names(shape: Mesh) -> tuple[str, ...]:
+        return LegToMake("twin", None, shape, 40.0, 2).chamber_names
+
+    assert names(mesh) == ("left", "right")
+    swapped = replace(mesh, surfaces={**others, "cavity_a": right, "cavity_b": left})
+    assert names(swapped) == ("right", "left")
+    turned = replace(swapped, nodes=mesh.nodes[:, [1, 0, 2]] * [1.0, -1.0, 1.0])
+    assert names(replace(turned, nodes=turned.nodes + np.array([0.0, 100.0, 0.0]))) == (
+        "cavity_a",
+        "cavity_b",
+    )
+    alone = replace(mesh, surfaces={**others, "cavity": left})
+    assert names(alone) == ("",)
 
 
 def test_tubes_reach_the_top_of_a_tall_hub(tmp_path: Path) -> None:

@@ -207,6 +207,8 @@ def test_a_face_may_be_in_two_groups_of_gmsh_s_newer_format(hollow, tmp_path):
         path, node_sets=("sheet",), region_names={2: "cavity"}, contact_spacing_mm=4.0
     )
     assert numbered.digest() == mesh.digest()
+    with pytest.raises(MeshError, match=r"no element is in region 99, .*'lid', .*: 1, 2, 4"):
+        read_mesh_file(path, node_sets=("sheet",), region_names={99: "lid"})
 
 
 def test_elements_in_no_group_of_gmsh_are_told_of(hollow, tmp_path):
@@ -229,6 +231,26 @@ def test_faces_that_are_held_or_turn_are_no_surface_of_their_own(hollow):
     ).contact_surfaces
     assert held.names.tolist() == plain.names.tolist() == ["sheet"]
     np.testing.assert_array_equal(held.area_mm2, plain.area_mm2)
+
+
+def test_a_hole_in_no_cavity_is_refused(tmp_path):
+    """A second chamber whose group is called otherwise would never be inflated."""
+    made = two_chamber_mesh()
+    volume = -enclosed_volume(made.nodes, made.surfaces["cavity_right"][:, ::-1])
+    names = {"cavity_left": 2, "chamber_right": 3, "sheet": 4}
+    regions = [made.surfaces[each] for each in ("cavity_left", "cavity_right", "sheet")]
+    cells = [("tetra", made.tetrahedra), *(("triangle", each) for each in regions)]
+    tags = [np.full(len(block), tag, dtype=np.int32) for tag, (_, block) in enumerate(cells, 1)]
+    path = tmp_path / "two.msh"
+    meshio.Mesh(
+        made.nodes,
+        cells,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        field_data={name: np.array([tag, 2]) for name, tag in names.items()},
+    ).write(path, file_format="gmsh22")
+    told = rf"closed hole of {abs(volume):.4g} mm\^3 .*they are: cavity_left\)"
+    with pytest.raises(MeshError, match=told):
+        read_mesh_file(path, ("cavity_left", "sheet"), ())
 
 
 def test_each_of_several_cavities_is_turned_round_and_none_is_skin(tmp_path):

@@ -294,6 +294,16 @@ def test_a_track_that_does_not_tell_of_a_turn_is_refused_where_that_counts() -> 
         compare_trials("T", DESIGN, _simulated(), [_trial("a", _path())], Goal("turn_left"))
 
 
+def test_there_is_no_ratio_to_next_to_nothing() -> None:
+    """Of a simulation that stands still for the tracker, and so measured noise is all there is."""
+    still = compare_trials("S", DESIGN, _simulated(0.02), [_trial("a", _path())])
+    assert still.distance.simulated_end == pytest.approx(0.078)
+    assert still.distance.transfer_ratio is None
+    assert compare_trials(
+        "S", DESIGN, _simulated(0.03), [_trial("a", _path())]
+    ).distance.transfer_ratio is not None  # fmt: skip
+
+
 def test_a_simulation_that_failed_has_no_ratio() -> None:
     """What it did until then still stands beside what was measured."""
     failed = replace(_simulated(forward_cm_per_s=1.0), status="diverged")

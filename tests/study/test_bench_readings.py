@@ -98,7 +98,11 @@ def test_the_virtual_rigs_readings_are_about_its_hidden_numbers(spec: RobotSpec)
     less than a hundredth of that."""
     settings = VirtualRigSettings(seed=5, reality=measured_worlds())
     reality = VirtualReality(spec, settings, "reduced")
-    names = [test.name for test in BENCH_TESTS if test.reading != "bend_deg"]
+    # One is read as a bend; behind valves there is no lag.
+    without = ("bend at one pressure", "lag of a regulator")
+    names = [test.name for test in BENCH_TESTS if test.name not in without]
+    with pytest.raises(ValueError, match="regulators have no lag"):
+        reality.bench_readings(without[1:], 1)
     found = measured_numbers(reality.bench_readings(names, 400), spec)
     for name in names:
         test = bench_test(name)

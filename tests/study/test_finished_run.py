@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from helpers.run_folders import crawl, write_run
+from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.result import result_to_dict
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -22,6 +24,7 @@ from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.furthest import furthest
@@ -78,6 +81,23 @@ def test_a_later_verb_takes_over_the_robot_and_the_worlds_it_was_trained_in(tmp_
     worlds = Randomisation(friction="0.4")
     drawn = FinishedRun.read(learned(tmp_path / "drawn", randomize=True, randomisation=worlds))
     assert drawn.taken_over("randomisation")["randomisation"]["friction"] == "0.4"
+
+
+def test_a_part_that_was_reduced_again_since_is_told_of(tmp_path: Path) -> None:
+    """Its file is read again, and what is found is no longer of the run's robot."""
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    file = part.save(tmp_path / "leg.npz")
+    folder = learned(tmp_path / "run", robot=replace(ROBOT, part=file))
+    known = result_to_dict(FinishedRun.read(folder).spec().describe()["leg"])
+    change(folder / "summary.json", lambda summary: summary.update(leg=known))
+    run = FinishedRun.read(folder)
+    assert run.handed_on(run.taken_over("robot")).said.endswith("(objective damping)")
+    scaled_part(part, 0.97, 1.0).save(file)
+    said = run.handed_on(run.taken_over("robot")).said
+    assert f"(objective damping); {file} is not what it was then" in said
+    change(folder / "summary.json", lambda summary: summary["leg"].pop("digest"))
+    earlier = FinishedRun.read(folder)
+    assert earlier.handed_on({}).said.endswith("(objective damping)")
 
 
 def test_a_pair_that_no_robot_survived_has_no_distance(tmp_path: Path) -> None:

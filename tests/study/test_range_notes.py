@@ -18,9 +18,12 @@ from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.study import baseline as baseline_study
+from pneumorph.study import simulated_walk
 from pneumorph.study.analysis import AnalysisSettings, analyse
 from pneumorph.study.baseline import baseline
 from pneumorph.study.evaluation import EvaluationSettings, evaluate
+from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import robustness
 from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.simulated_walk import WalkSettings, simulate
@@ -101,6 +104,29 @@ def test_a_virtual_rigs_reduced_robot_tells_that_it_left(scale, left):
     rig.command(np.array([60.0, 60.0, 60.0]))
     rig.clock.wait_until(1.0)
     assert (rig.range_ratio > 1.2) is left
+
+
+def test_a_robot_on_its_back_is_told_of(tmp_path, monkeypatch):
+    """What it achieved is its fall."""
+    spec, walk = paper_robot("published"), WalkSettings(expert=ExpertGait(duration_s=4.0))
+    assert not any("toppled" in each for each in simulate(walk, spec, folder(tmp_path)).notes)
+    monkeypatch.setattr(simulated_walk, "recorded_walk", fallen)
+    (note,) = simulate(walk, spec, folder(tmp_path)).notes
+    assert note.startswith("The robot toppled: its hub leaned by up to 143 degrees")
+    sweep = PhaseSweepSettings(first_phase_deg=60.0, last_phase_deg=60.0, gait=walk.expert)
+    assert baseline(spec, sweep, folder(tmp_path)).notes == ()
+    monkeypatch.setattr(baseline_study, "recorded_walk", fallen)
+    found = baseline(spec, sweep, folder(tmp_path))
+    assert found.baseline_lean_deg == pytest.approx(143.0)
+    assert [each[:26] for each in found.notes] == ["The expert's robot toppled"]
+
+
+def fallen(*args, **keywords):
+    """A walk whose hub lies on its back at the end."""
+    walked = recorded_walk(*args, **keywords)
+    lean, turned = np.radians(143.0), np.array(walked.hub_rotation)
+    turned[-1] = [[np.cos(lean), 0.0, np.sin(lean)], [0, 1, 0], [-np.sin(lean), 0, np.cos(lean)]]
+    return replace(walked, hub_rotation=turned)
 
 
 def test_legs_that_do_not_know_are_not_flagged(tmp_path):

@@ -1,0 +1,22 @@
+"""What to tell of a robot that fell over: it may have come far by that, once."""
+
+from __future__ import annotations
+
+TOPPLED_DEG = 60.0
+"""A hub that leans further lies on its side or its back, or is about to [degrees]; trainings
+penalise more than 30."""
+
+
+def toppled_note(name: str, lean_deg: float | None) -> str | None:
+    """What to tell of a robot whose hub leaned by more than `TOPPLED_DEG`; None of others.
+
+    Args:
+        name: What it is called.
+        lean_deg: How far it leaned at most [degrees]; None where that is not known.
+    """
+    if lean_deg is None or lean_deg <= TOPPLED_DEG:
+        return None
+    return (
+        f"{name} toppled: its hub leaned by up to {lean_deg:.0f} degrees, and what it achieved "
+        "counts its fall; look at the replay"
+    )
