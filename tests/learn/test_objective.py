@@ -207,13 +207,13 @@ def test_a_design_that_is_drawn_often_scores_no_higher(kind: ObjectiveKind) -> N
     random = np.random.default_rng(0)
     scores = RoundScores(Objective(kind=kind, worlds_per_design=4), None)
     differences = []
-    for _ in range(4000):
+    for _ in range(800):
         returns = random.normal(scale=5.0, size=4) + random.normal(scale=2.0, size=(9, 4))
         found = scores.of(np.array([0] + [1] * 8), returns.ravel(), np.zeros(36, bool))
         differences.append(found.scores_cm[1] - found.scores_cm[0])
     error = float(np.std(differences)) / math.sqrt(len(differences))
     assert abs(np.mean(differences)) < 4.0 * error  # by chance once in 16 000
-    assert error < 0.1
+    assert error < 0.2
 
 
 class _Failing(CrawlersInWorlds):
