@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.environment.crawling_simulator import (
     RUNNING,
     CrawlingSimulator,
+    LeaningSimulator,
     RangedSimulator,
     TurningSimulator,
 )
@@ -35,6 +36,8 @@ class Walk:
         left_cm: Travel to the left [cm], shape (record, robot); None where the simulator does not
             know it.
         turned_deg: Turn to the left, whole circles counted [degrees], likewise.
+        lean_deg: How far each hub leaned at most, of the recorded times [degrees], shape (robot,);
+            None likewise.
     """
 
     time_s: np.ndarray
@@ -43,6 +46,7 @@ class Walk:
     range_ratio: np.ndarray
     left_cm: np.ndarray | None = None
     turned_deg: np.ndarray | None = None
+    lean_deg: np.ndarray | None = None
 
     @property
     def distance_cm(self) -> np.ndarray:
@@ -165,6 +169,8 @@ def walk(
     start_mm = np.array(simulator.forward_position_mm)
     time_s, forward_mm = [0.0], [np.zeros(len(gaits))]
     aside = _Aside(simulator) if isinstance(simulator, TurningSimulator) else None
+    leaning = simulator if isinstance(simulator, LeaningSimulator) else None
+    lean_deg = None if leaning is None else np.zeros(len(gaits))
     for begin, end in _held_spans(commands, record_step_count):
         simulator.advance(commands[begin], end - begin)
         if end % record_step_count == 0 or end == steps:
@@ -173,6 +179,8 @@ def walk(
             forward_mm.append(np.where(running, simulator.forward_position_mm - start_mm, np.nan))
             if aside is not None:
                 aside.record(running)
+            if leaning is not None and lean_deg is not None:
+                lean_deg = np.where(running, np.maximum(lean_deg, leaning.tilt_deg), lean_deg)
             if progress is not None:
                 progress(end, steps, "walking")
     return Walk(
@@ -182,6 +190,7 @@ def walk(
         np.full(len(gaits), np.nan) if ranged is None else ranged.range_ratio,
         None if aside is None else np.array(aside.left_mm) / MILLIMETRES_PER_CENTIMETRE,
         None if aside is None else np.array(aside.turned_deg),
+        lean_deg,
     )
 
 

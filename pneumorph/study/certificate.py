@@ -39,9 +39,10 @@ from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.ranking_notes import ranking_notes
 from pneumorph.study.recorded_walk import recorded_walk
-from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.robustness import WalksInWorlds, walks_in_worlds
 from pneumorph.study.sensitivity import sensitivities
 from pneumorph.study.shown_worlds import record_shown_worlds
+from pneumorph.study.toppled_note import toppled_share
 
 EXPERT = "B"
 """What the expert's robot is called, as in the paper."""
@@ -85,17 +86,19 @@ def certify_once(
     seen_mean = candidates.seen_mean
     if seen_mean is None:
         folder.progress.stage("walking in the training's worlds")
-        seen_mean = np.nan_to_num(_walked(spec, walkers, seen, folder, goal)[0]).mean(axis=0)
+        seen_mean = np.nan_to_num(_walked(spec, walkers, seen, folder, goal).achieved).mean(axis=0)
     drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
     worlds = unseen_worlds(drawn, count, seed)
     folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
-    by_expert = _walked(spec, [expert], worlds, folder, goal)[0][:, 0]
-    by_pairs, ratios = _walked(spec, walkers, worlds, folder, goal)
+    of_expert = _walked(spec, [expert], worlds, folder, goal)
+    by_expert = of_expert.achieved[:, 0]
+    walked = _walked(spec, walkers, worlds, folder, goal)
+    by_pairs = walked.achieved
     alike = by_pairs
     if candidates.drawn != drawn:  # narrowed by what was measured, say
         folder.progress.stage(f"walking in {count} unseen worlds as the training's were")
         others = unseen_worlds(candidates.drawn, count, seed)
-        alike, _ = _walked(spec, walkers, others, folder, goal)
+        alike = _walked(spec, walkers, others, folder, goal).achieved
     reported = [pair.achieved for pair in candidates.pairs]
     idle = idle_numbers(spec, drawn)
     evidence = _Evidence(
@@ -104,8 +107,7 @@ def certify_once(
         settings.cycle_s,
         {name: each for name, each in drawn.numbers_of(worlds).items() if name not in idle},
         by_expert,
-        by_pairs,
-        ratios,
+        walked,
         _nominal(spec, walkers, goal),
         list(map(float, seen_mean)) if candidates.ranked_there else reported,
         alike,
@@ -154,7 +156,12 @@ def certify_once(
             *idle_notes(spec, drawn),
             *measured_notes(drawn),
             *ranking_notes([pair.label for pair in certified], best, by_pairs, goal),
-            *expert_notes(expert_band, candidates.baseline.gait.duration_s, duration_s),
+            *expert_notes(
+                expert_band,
+                candidates.baseline.gait.duration_s,
+                duration_s,
+                toppled_share(of_expert.lean_deg[:, 0]),
+            ),
             *pair_notes(certified, goal),
         ),
         wall_s=time.monotonic() - start,
@@ -172,8 +179,7 @@ class _Evidence:
         numbers: Of the unseen worlds by name, each (world,).
         by_expert: What the expert achieves there [the goal's unit], (world,); NaN where a
             simulation failed.
-        by_pairs: What the pairs do, (world, pair); likewise.
-        range_ratio: How far legs went relative to their snapshots, (world, pair).
+        by_pairs: What the pairs do.
         nominal: In the world as it stands.
         promised: What the training says of its pairs.
         alike: What they do in unseen worlds that were drawn as the training's, (world, pair).
@@ -187,8 +193,7 @@ class _Evidence:
     cycle_s: float
     numbers: Mapping[str, np.ndarray]
     by_expert: np.ndarray
-    by_pairs: np.ndarray
-    range_ratio: np.ndarray
+    by_pairs: WalksInWorlds
     nominal: Sequence[float | None]
     promised: Sequence[float | None]
     alike: np.ndarray
@@ -197,9 +202,9 @@ class _Evidence:
 
     def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
         """What is to be expected of one pair."""
-        achieved, promised = self.by_pairs[:, place], self.promised[place]
+        achieved, promised = self.by_pairs.achieved[:, place], self.promised[place]
         alike = np.nan_to_num(self.alike[:, place])
-        counted, ratio = np.nan_to_num(achieved), self.range_ratio[:, place]
+        counted, ratio = np.nan_to_num(achieved), self.by_pairs.range_ratio[:, place]
         known = ratio[~np.isnan(ratio)]
         trajectory = recorded_walk(
             self.spec,
@@ -224,6 +229,7 @@ class _Evidence:
             backsliding=did.backsliding,
             legs=did.legs,
             left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
+            toppled_share=toppled_share(self.by_pairs.lean_deg[:, place]),
             sensitivities=sensitivities(self.numbers, counted),
         )
 
@@ -246,7 +252,7 @@ def _tuned_expert(
     """The expert's robot at the phase of its largest mean, and that phase [degrees]."""
     design = Design.parse(sweep.design)
     gaits = [replace(sweep.gait, phase_deg=phase) for phase in sweep.phases_deg]
-    achieved, _ = walks_in_worlds(
+    achieved, *_ = walks_in_worlds(
         spec,
         [design] * len(gaits),
         gaits,
@@ -266,7 +272,7 @@ def _walked(
     worlds: Sequence[World],
     folder: RunFolder,
     goal: Goal,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> WalksInWorlds:
     """As `walks_in_worlds`; what a stopped certificate had walked is read."""
     return walks_in_worlds(
         spec,

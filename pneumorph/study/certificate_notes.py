@@ -9,6 +9,7 @@ import numpy as np
 from pneumorph.environment.goal import Goal
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_pairs import Band, CertifiedPair
+from pneumorph.study.toppled_note import TOPPLED_DEG
 
 
 def measured_notes(drawn: Randomisation) -> list[str]:
@@ -22,13 +23,16 @@ def measured_notes(drawn: Randomisation) -> list[str]:
     ]
 
 
-def expert_notes(band: Band, of_run_s: float, duration_s: float) -> list[str]:
+def expert_notes(
+    band: Band, of_run_s: float, duration_s: float, toppled_share: float | None
+) -> list[str]:
     """What to say of the expert's robot.
 
     Args:
         band: What it achieves.
         of_run_s: How long its gait lasts in the run [s].
         duration_s: How long it walked here, as the pairs did [s].
+        toppled_share: In which share of the worlds it fell over; None where not known.
     """
     notes = []
     if not np.isclose(of_run_s, duration_s):
@@ -38,7 +42,16 @@ def expert_notes(band: Band, of_run_s: float, duration_s: float) -> list[str]:
         )
     if band.failed_count:
         notes.append(f"the expert's robot diverged in {band.failed_count} worlds, counted as 0")
+    if toppled_share:
+        notes.append(_toppled("the expert's robot", toppled_share))
     return notes
+
+
+def _toppled(who: str, share: float) -> str:
+    return (
+        f"{who} toppled in {max(100.0 * share, 1.0):.0f} % of the worlds: its hub leaned by more "
+        f"than {TOPPLED_DEG:g} degrees, and its fall counts in what it achieved there"
+    )
 
 
 def pair_notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
@@ -47,6 +60,8 @@ def pair_notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
     for pair in pairs:
         if pair.band.failed_count:
             notes.append(f"{pair.label} diverged in {pair.band.failed_count} worlds, counted as 0")
+        if pair.toppled_share:
+            notes.append(_toppled(pair.label, pair.toppled_share))
         if pair.left_range_share:
             notes.append(
                 f"{pair.label} left the range of its legs' snapshots in "

@@ -103,6 +103,9 @@ class CertifiedPair:
     """How much of its friction each leg uses there."""
     left_range_share: float | None
     """Share of the worlds in which a leg left its snapshots' range; None where not known."""
+    toppled_share: float | None = field(default=None, kw_only=True)
+    """Share of the worlds in which its hub leaned so far that it fell over; None where not known,
+    as in files of earlier versions."""
     sensitivities: tuple[Sensitivity, ...]
     """To each uncertain number, the most important first."""
     full_order: tuple[FullOrderWalk, ...] = ()

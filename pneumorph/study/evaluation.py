@@ -215,7 +215,7 @@ def _in_worlds(
     drawn = spec.agreeing_worlds(settings.randomisation)
     worlds = draw_worlds(drawn, settings.world_count, settings.world_seed)
     folder.progress.stage(f"walking in {len(worlds)} worlds")
-    achieved, ratios = walks_in_worlds(
+    walked = walks_in_worlds(
         spec,
         [pair.design for pair in pairs],
         [pair.gait for pair in pairs],
@@ -227,10 +227,10 @@ def _in_worlds(
     return robustness(
         [f"L{rank}" for rank in range(1, len(pairs) + 1)],
         np.array([np.nan if far is None else far for far in nominal]),
-        achieved,
+        walked.achieved,
         worlds,
         settings_to_dict(drawn),
-        ratios,
+        walked.range_ratio,
         task.goal,
     )
 

@@ -77,7 +77,7 @@ class Contender:
         failed."""
         worlds = unseen_worlds(worlds_of(run), world_count, 0)
         steps = run.task.settling_step_count
-        achieved, _ = walks_in_worlds(
+        achieved, *_ = walks_in_worlds(
             run.spec(), [self.design], [self.gait], worlds, steps, folder, run.goal
         )
         found: np.ndarray = achieved[:, 0]
@@ -186,7 +186,7 @@ def _best_uniform(
     spec, few = run.spec(), worlds[:_SCREENING_WORLDS]
 
     def scores(chosen: Sequence[tuple[Design, ExpertGait]], seen: Sequence[World]) -> np.ndarray:
-        achieved, _ = walks_in_worlds(
+        achieved, *_ = walks_in_worlds(
             spec,
             [design for design, _ in chosen],
             [gait for _, gait in chosen],

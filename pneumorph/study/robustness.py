@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -68,6 +68,18 @@ class Robustness:
     goal: Goal = FORWARD
 
 
+class WalksInWorlds(NamedTuple):
+    """What pairs do in worlds, (world, pair) each."""
+
+    achieved: np.ndarray
+    """What of the goal was achieved [its unit]; NaN where a simulation failed."""
+    range_ratio: np.ndarray
+    """How far any leg went relative to the furthest snapshot it was reduced from; NaN where that is
+    not known."""
+    lean_deg: np.ndarray
+    """How far the hub leaned at most, looked at each second [degrees]; NaN likewise."""
+
+
 def walks_in_worlds(
     spec: RobotSpec,
     designs: Sequence[Design],
@@ -77,7 +89,7 @@ def walks_in_worlds(
     folder: RunFolder,
     goal: Goal = FORWARD,
     keep: bool = False,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> WalksInWorlds:
     """Walk every pair in every world.
 
     Args:
@@ -89,11 +101,6 @@ def walks_in_worlds(
         folder: Is told how far it is.
         goal: What counts of a walk.
         keep: Leave what is finished in the folder's `KEPT_WALKS`, and read what is there.
-
-    Returns:
-        What of the goal was achieved [its unit], (world, pair), NaN where a simulation failed; and
-        how far any leg went relative to the furthest snapshot it was reduced from, NaN where that
-        is not known.
     """
     robots = [spec.assembly(design) for design in designs]
 
@@ -109,7 +116,12 @@ def walks_in_worlds(
             settling_step_count=settling_steps,
             record_step_count=100,
         )
-        ways = {"achieved": found.achieved(goal), "range_ratio": found.range_ratio}
+        unknown = np.full(len(gaits) * len(chosen), np.nan)
+        ways = {
+            "achieved": found.achieved(goal),
+            "range_ratio": found.range_ratio,
+            "lean_deg": unknown if found.lean_deg is None else found.lean_deg,
+        }
         return {name: each.reshape(-1, len(robots)).tolist() for name, each in ways.items()}
 
     ways = []
@@ -123,12 +135,15 @@ def walks_in_worlds(
         else:
             ways.append(walked(chosen))
         folder.progress(begin + len(chosen), len(worlds), "walking in worlds")
+    for way in ways:  # those that an earlier version kept know of no lean
+        way.setdefault("lean_deg", np.full(np.shape(way["achieved"]), np.nan).tolist())
     # A failed walk is NaN, which files have as null.
-    achieved, ratios = (
-        np.array([row for way in ways for row in way[name]], dtype=float)
-        for name in ("achieved", "range_ratio")
+    return WalksInWorlds(
+        *(
+            np.array([row for way in ways for row in way[name]], dtype=float)
+            for name in WalksInWorlds._fields
+        )
     )
-    return achieved, ratios
 
 
 def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

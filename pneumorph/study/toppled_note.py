@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 TOPPLED_DEG = 60.0
 """A hub that leans further lies on its side or its back, or is about to [degrees]; trainings
 penalise more than 30."""
@@ -20,3 +22,13 @@ def toppled_note(name: str, lean_deg: float | None) -> str | None:
         f"{name} toppled: its hub leaned by up to {lean_deg:.0f} degrees, and what it achieved "
         "counts its fall; look at the replay"
     )
+
+
+def toppled_share(lean_deg: np.ndarray) -> float | None:
+    """Share of walks that toppled; None where that is not known of any.
+
+    Args:
+        lean_deg: How far hubs leaned at most [degrees], (walk,); NaN where not known.
+    """
+    known = lean_deg[~np.isnan(lean_deg)]
+    return float(np.mean(known > TOPPLED_DEG)) if known.size else None

@@ -104,7 +104,7 @@ def main(
         folder.progress.stage(f"{part.mode_count} modes and {len(part.tetrahedron_index)} points")
         points[count] = len(part.tetrahedron_index)
         start = time.perf_counter()
-        found[count], _ = walks_in_worlds(
+        found[count], *_ = walks_in_worlds(
             fewer,
             [source.design for source in sources],
             [source.gait for source in sources],

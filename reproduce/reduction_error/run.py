@@ -173,7 +173,7 @@ class LearnedWalk:
             world = World.nominal(spec.physics)
         else:
             world = unseen_worlds(measured_worlds(), self.world + 1, 0)[self.world]
-        far, _ = walks_in_worlds(
+        far, *_ = walks_in_worlds(
             spec, [source.design], [source.gait], [world], source.settling_steps, folder, self.goal
         )
         return float(far[0, 0])
@@ -207,7 +207,7 @@ def learned_in_worlds(
         for path in HERE.parent.glob(f"{name}/*.csv")
     )
     sources = [find_gait(path, None, ExpertGait()) for path in gaits]
-    far, _ = walks_in_worlds(
+    far, *_ = walks_in_worlds(
         spec,
         [source.design for source in sources],
         [source.gait for source in sources],

@@ -98,7 +98,7 @@ def _walked_again(
     task, file = options.coopt.task, out / f"seed_{seed}.csv"
     gait, comments = read_gait(file, task.minimum_pressure_kPa, task.maximum_pressure_kPa)
     design = Design.parse(comments["design"])
-    achieved, _ = walks_in_worlds(
+    achieved, *_ = walks_in_worlds(
         replace(options.robot, threads=threads).spec(),
         [design],
         [gait],

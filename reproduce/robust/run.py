@@ -278,7 +278,7 @@ def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str
     found: dict[str, Any] = {}
     for factor in (0.5, 1.0, 2.0):
         own = [replace(each, damping_factor=factor * each.damping_factor) for each in worlds]
-        far, _ = walks_in_worlds(
+        far, *_ = walks_in_worlds(
             run.robot.spec(),
             [pair.design],
             [pair.gait],

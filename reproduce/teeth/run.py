@@ -101,7 +101,7 @@ def _pairs(
     ]
     for name, spec in specs.items():
         print(f"{run.folder.name}, teeth {name} ...", flush=True)
-        far, _ = walks_in_worlds(
+        far, *_ = walks_in_worlds(
             spec,
             [pair.design for pair in pairs],
             [pair.gait for pair in pairs],

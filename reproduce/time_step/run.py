@@ -55,7 +55,7 @@ def main(
     found = {}
     for step_s in steps_s:
         folder.progress.stage(f"steps of {1e3 * step_s:g} ms")
-        far, _ = walks_in_worlds(
+        far, *_ = walks_in_worlds(
             replace(robot, physics=replace(robot.physics, time_step_s=step_s)),
             [source.design for source in sources],
             [source.gait for source in sources],

@@ -119,7 +119,7 @@ def test_a_mirror_image_turns_to_the_other_side_in_every_world(learned: Path) ->
     folder = RunFolder(learned.parent / "mirrored", "certify")
     spec = source.robot.spec()
     designs = [pair.design, pair.design.mirror()]
-    achieved, _ = walks_in_worlds(
+    achieved, *_ = walks_in_worlds(
         spec, designs, [pair.gait] * 2, worlds, source.task.settling_step_count, folder, goal
     )
     np.testing.assert_allclose(achieved[:, 1], -achieved[:, 0], atol=0.01)

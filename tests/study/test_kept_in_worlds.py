@@ -20,7 +20,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study import robustness
 from pneumorph.study.certified_candidates import unseen_worlds
-from pneumorph.study.robustness import KEPT_WALKS, walks_in_worlds
+from pneumorph.study.robustness import KEPT_WALKS, WalksInWorlds, walks_in_worlds
 
 WORLDS = unseen_worlds(Randomisation(), 6, 0)
 DESIGNS = [Design.parse("1.0.0.2.2.0.0.1"), Design.parse("1.0.0.2.0.0.0.3")]
@@ -49,7 +49,9 @@ class _Walks:
         def achieved(goal: Goal) -> np.ndarray:
             return np.where(np.arange(len(found.range_ratio)) == 0, np.nan, found.achieved(goal))
 
-        return SimpleNamespace(achieved=achieved, range_ratio=found.range_ratio)
+        return SimpleNamespace(
+            achieved=achieved, range_ratio=found.range_ratio, lean_deg=found.lean_deg
+        )
 
 
 def _walked(
@@ -60,7 +62,7 @@ def _walked(
     settling_steps: int = 2,
     goal: Goal = FORWARD,
     keep: bool = True,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> WalksInWorlds:
     run = RunFolder(folder, "certify")
     return walks_in_worlds(spec, DESIGNS, gaits, worlds, settling_steps, run, goal, keep=keep)
 
@@ -76,12 +78,14 @@ def test_stopped_walks_go_on(
     again = _Walks(None)
     again._walk = stopped._walk
     monkeypatch.setattr(robustness, "walk", again)
-    achieved, ratios = _walked(spec, tmp_path / "run")
+    achieved, ratios, lean_deg = _walked(spec, tmp_path / "run")
     assert again.made == 1  # of three
     # To the bit what is walked without keeping anything, with what failed.
-    plain, plain_ratios = _walked(spec, tmp_path / "plain", keep=False)
+    plain, plain_ratios, plain_lean_deg = _walked(spec, tmp_path / "plain", keep=False)
     np.testing.assert_array_equal(achieved, plain)
     np.testing.assert_array_equal(ratios, plain_ratios)
+    np.testing.assert_array_equal(lean_deg, plain_lean_deg)
+    assert 0.0 < np.nanmin(lean_deg) < np.nanmax(lean_deg) < 180.0
     assert np.isnan(achieved[::TOGETHER, 0]).all()
     assert not np.isnan(achieved[1::TOGETHER]).any()
     assert not (tmp_path / "plain" / KEPT_WALKS).exists()

@@ -22,11 +22,14 @@ from pneumorph.study import baseline as baseline_study
 from pneumorph.study import simulated_walk
 from pneumorph.study.analysis import AnalysisSettings, analyse
 from pneumorph.study.baseline import baseline
+from pneumorph.study.certificate_notes import expert_notes
+from pneumorph.study.certified_pairs import Band
 from pneumorph.study.evaluation import EvaluationSettings, evaluate
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import robustness
 from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.simulated_walk import WalkSettings, simulate
+from pneumorph.study.toppled_note import toppled_share
 from pneumorph.study.virtual_reality import VirtualReality
 
 RUN = Path(__file__).parents[2] / "reproduce" / "paper_scale"
@@ -136,3 +139,13 @@ def test_legs_that_do_not_know_are_not_flagged(tmp_path):
     assert found.leg.knows_range is False
     unknown = robustness(["L1"], np.ones(1), np.ones((2, 1)), range_ratios=np.full((2, 1), np.nan))
     assert unknown.left_range_share is None
+
+
+def test_falls_are_counted_over_the_worlds_that_tell():
+    lean_deg = np.array([12.0, 61.0, np.nan, 170.0])
+    assert toppled_share(lean_deg) == pytest.approx(2.0 / 3.0)
+    assert toppled_share(np.full(3, np.nan)) is None
+    band = Band(0.0, 1.0, 2.0, 1.0, 0.5, 0)
+    (told,) = expert_notes(band, 20.0, 20.0, 2.0 / 3.0)
+    assert told.startswith("the expert's robot toppled in 67 % of the worlds")
+    assert expert_notes(band, 20.0, 20.0, 0.0) == expert_notes(band, 20.0, 20.0, None) == []

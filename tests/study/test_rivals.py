@@ -115,7 +115,7 @@ def test_the_best_uniform_robot_is_chosen_as_the_training_chose(
     for design in designs:
         for phase in phases:
             gait = replace(turning.baseline.gait, phase_deg=phase)
-            achieved, _ = walks_in_worlds(
+            achieved, *_ = walks_in_worlds(
                 turning.spec(), [Design.parse(design)], [gait], worlds,
                 turning.task.settling_step_count, RunFolder(tmp_path, "walks"), turning.goal,
             )  # fmt: skip
