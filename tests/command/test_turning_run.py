@@ -162,8 +162,11 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     # What was taught counts, and the page says it in its unit.
     assert robot["simulated_achieved"] == pytest.approx(robot["simulated_turned_deg"])
     assert robot["mean_achieved"] == pytest.approx(robot["mean_turned_deg"])
-    ratio = robot["mean_achieved"] / robot["simulated_achieved"]
-    assert _summary(compared)["transfer_ratio"] == pytest.approx(ratio)
+    # A robot that learned for a few rounds hardly turns.
+    assert abs(robot["simulated_achieved"]) < 1.0
+    assert _summary(compared)["transfer_ratio"] is None
+    (told,) = (each for each in _summary(compared)["notes"] if "no ratio" in each)
+    assert "degrees, less than 1" in told
     page = tmp_path / "transfer_page"
     assert run(["report", str(compared), "--figure-files", "--out", str(page)]) == 0
     assert "turn to the left, measured (°)" in (page / "page.html").read_text()
@@ -176,7 +179,8 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     assert run(f"transfer {unknown} {other} {out} --out {among}".split()) == 0
     told = _summary(among)
     assert told["goal"]["name"] == "turn_left"
-    assert [each.split(" was taught")[0] for each in told["notes"]] == ["what unknown", "other"]
+    taught = [each.split(" was taught")[0] for each in told["notes"] if "no ratio" not in each]
+    assert taught == ["what unknown", "other"]
     shares = told["robots"][2]["distance_over_first"]
     assert shares == pytest.approx({"simulated": 1.0, "measured": 1.0})
     _forget_the_turn(out / "trial_1" / "track.csv")
