@@ -32,10 +32,13 @@ from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import Cubature, sample_elements
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomised_simulator import LAG_STEPS
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.certified_candidates import unseen_worlds
 from pneumorph.study.full_order_store import FullOrderStore, shipped_folders
@@ -169,14 +172,26 @@ class LearnedWalk:
     def achieved(self, spec: RobotSpec, folder: RunFolder) -> float:
         """What its reduced robot achieves [the goal's unit]; NaN where its simulation fails."""
         source = find_gait(HERE.parent / self.gait, None, ExpertGait())
-        if self.world is None:
-            world = World.nominal(spec.physics)
-        else:
-            world = unseen_worlds(measured_worlds(), self.world + 1, 0)[self.world]
+        gait, world = source.gait, World.nominal(spec.physics)
+        if self.world is not None:
+            drawn = unseen_worlds(measured_worlds(), self.world + 1, 0)[self.world]
+            gait = _lagging_as_then(gait, drawn.regulator_lag_s, spec.physics.time_step_s)
+            world = replace(drawn, regulator_lag_s=0.0)
         far, *_ = walks_in_worlds(
-            spec, [source.design], [source.gait], [world], source.settling_steps, folder, self.goal
+            spec, [source.design], [gait], [world], source.settling_steps, folder, self.goal
         )
         return float(far[0, 0])
+
+
+def _lagging_as_then(gait: OpenLoopGait, lag_s: float, time_step_s: float) -> HeldGait:
+    """A gait as the finite elements walked it: lagging commands were held for five steps at what
+    they are at the end of these, and no longer are (`LaggingSimulator`)."""
+    now, held = np.zeros(gait.regulator_count), []
+    kept = np.exp(-LAG_STEPS * time_step_s / lag_s)
+    for command in commands_of(gait, time_step_s, gait.regulator_count)[::LAG_STEPS]:
+        now = command + (now - command) * kept
+        held.append(now)
+    return HeldGait.evenly(np.array(held), LAG_STEPS * time_step_s)
 
 
 def learned_walks() -> list[LearnedWalk]:
