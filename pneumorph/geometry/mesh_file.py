@@ -266,7 +266,8 @@ def _with_skin(mesh: Mesh) -> Mesh:
         MeshError: A triangle of the file's is none of that boundary.
     """
     outer = outer_boundary(mesh)
-    _check_no_hole(mesh, outer)
+    if cavity_regions(mesh):
+        _check_no_hole(mesh, outer)
     if "skin" in mesh.surfaces:
         outwards = {tuple(sorted(each)): each for each in outer.tolist()}
         own = [tuple(sorted(each)) for each in mesh.surfaces["skin"].tolist()]

@@ -51,11 +51,14 @@ class PartsSummary(PartSummary):
         """What parts are called that are others than in an earlier summary, as far as that says.
 
         Args:
-            earlier: Of the same robot.
+            earlier: Of the same robot, whose parts may have been found elsewhere.
         """
-        now, then = ({each.part: each.digest for each in (one, *one.others.values())}
-                     for one in (self, earlier))  # fmt: skip
-        return [name for name, was in then.items() if was is not None and now.get(name) != was]
+        now, then = ((one, *one.others.values()) for one in (self, earlier))
+        return [
+            each.part
+            for each, was in zip(now, then, strict=False)
+            if was.digest is not None and each.digest != was.digest
+        ]
 
     @property
     def sizes(self) -> str:

@@ -14,7 +14,7 @@ from pneumorph.environment.goal import Goal
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
-from pneumorph.simulation.randomised_simulator import digest_of_part
+from pneumorph.simulation.randomised_simulator import digest_of_part, lagging_commands
 
 
 def walks_identity(
@@ -50,6 +50,9 @@ def walks_identity(
         "goal": settings_to_dict(goal),
     }
     content = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode())
+    lags_s = sorted({world.regulator_lag_s for world in worlds})
     for gait in gaits:
-        content.update(commands_of(gait, step_s, count).tobytes())
+        commands = commands_of(gait, step_s, count)
+        for lag_s in lags_s:  # as regulators pass them on
+            content.update(lagging_commands(commands, lag_s, step_s).tobytes())
     return content.hexdigest()

@@ -77,7 +77,7 @@ class WalksInWorlds(NamedTuple):
     """How far any leg went relative to the furthest snapshot it was reduced from; NaN where that is
     not known."""
     lean_deg: np.ndarray
-    """How far the hub leaned at most, looked at each second [degrees]; NaN likewise."""
+    """How far the hub leaned at most, looked at every hundred steps [degrees]; NaN likewise."""
 
 
 def walks_in_worlds(
@@ -135,8 +135,6 @@ def walks_in_worlds(
         else:
             ways.append(walked(chosen))
         folder.progress(begin + len(chosen), len(worlds), "walking in worlds")
-    for way in ways:  # those that an earlier version kept know of no lean
-        way.setdefault("lean_deg", np.full(np.shape(way["achieved"]), np.nan).tolist())
     # A failed walk is NaN, which files have as null.
     return WalksInWorlds(
         *(

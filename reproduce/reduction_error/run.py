@@ -140,6 +140,9 @@ class LearnedWalk:
     """What they achieved in 20 s [the goal's unit]."""
     world: int | None = None
     """Number of the unseen world, as certificates count them; None for the nominal one."""
+    lag: Literal["mean", "end"] = "mean"
+    """What lagging commands were held at for five steps: their mean over these, as they are now, or
+    what they are at the end of these."""
     robot: str | None = None
     """File of examples that describes it; None for the paper's robot."""
     settings: str | None = None
@@ -175,17 +178,19 @@ class LearnedWalk:
         gait, world = source.gait, World.nominal(spec.physics)
         if self.world is not None:
             drawn = unseen_worlds(measured_worlds(), self.world + 1, 0)[self.world]
-            gait = _lagging_as_then(gait, drawn.regulator_lag_s, spec.physics.time_step_s)
-            world = replace(drawn, regulator_lag_s=0.0)
+            world = drawn
+            if self.lag == "end":
+                gait = _held_at_the_end(gait, drawn.regulator_lag_s, spec.physics.time_step_s)
+                world = replace(drawn, regulator_lag_s=0.0)
         far, *_ = walks_in_worlds(
             spec, [source.design], [gait], [world], source.settling_steps, folder, self.goal
         )
         return float(far[0, 0])
 
 
-def _lagging_as_then(gait: OpenLoopGait, lag_s: float, time_step_s: float) -> HeldGait:
-    """A gait as the finite elements walked it: lagging commands were held for five steps at what
-    they are at the end of these, and no longer are (`LaggingSimulator`)."""
+def _held_at_the_end(gait: OpenLoopGait, lag_s: float, time_step_s: float) -> HeldGait:
+    """A gait as earlier finite elements walked it: lagging commands were held for five steps at
+    what they are at the end of these, and no longer are (`LaggingSimulator`)."""
     now, held = np.zeros(gait.regulator_count), []
     kept = np.exp(-LAG_STEPS * time_step_s / lag_s)
     for command in commands_of(gait, time_step_s, gait.regulator_count)[::LAG_STEPS]:

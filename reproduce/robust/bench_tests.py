@@ -57,7 +57,8 @@ def narrowed(
         rig_cm: How far its robot went [cm].
         work: Keeps readings, calibration and certificate.
     """
-    tests = [each.test for each in certificate.tests[:TESTS]]
+    # The rig's valves lag by what its gait was made of, which no bench reads.
+    tests = [each.test for each in certificate.tests if each.number != "regulator_lag_s"][:TESTS]
     hidden = VirtualReality(reality.spec(), rig, "reduced")
     bench = write_bench_readings(work / "bench.csv", hidden.bench_readings(tests, READINGS))
     own = RunFolder(work, "calibrate")

@@ -146,10 +146,7 @@ def main(
         "full_order_cm": [walk["full_cm"] for walk in of_best],
         "reduced_cm": [walk["reduced_cm"] for walk in of_best],
         "walks": walks,
-        # Of a run that was resumed, all calls.
-        "wall_s": sum(
-            source.of_summary(f"{part}_wall_s", float) for part in ("training", "finetuning")
-        ),
+        "wall_s": source.of_summary("wall_s", float),
         "band_coverage": None if made["hidden"] is None else made["hidden"]["share_within"],
         **made,
     }

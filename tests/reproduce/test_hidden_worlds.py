@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import importlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
@@ -53,7 +55,7 @@ def test_a_hidden_robot_is_driven_as_its_regulators_lag(
     monkeypatch.setattr(script, "rig_distance_cm", walked)
     gait = HeldGait.evenly(np.array([[0.0, 0.0, 0.0], [60.0, 20.0, 0.0]]), 1.0)
     file = write_gait(tmp_path / "gait.csv", gait, {"design": "1.0.0.2.2.0.0.1"})
-    worlds, robot = Randomisation(regulator_lag_s="0.08"), RobotOptions.of("published")
+    worlds, robot = replace(measured_worlds(), regulator_lag_s="0.08"), RobotOptions.of("measured")
     band = Band(0.5, 1.0, 1.5, 1.0, 0.2, 0)
     found = script.covered(file, robot, worlds, band, 2, tmp_path / "work")
     assert found.share_within == 1.0
@@ -70,6 +72,10 @@ def test_a_hidden_robot_is_driven_as_its_regulators_lag(
     write_gait(file, HeldGait.evenly(np.full((2, 3), 30.0), 1.0), {"design": "1.0.0.2.2.0.0.1"})
     with pytest.raises(ValueError, match="was made with gait"):
         script.covered(file, robot, worlds, band, 2, tmp_path / "work")
+    # A rig whose pressures follow at a rate lags by itself.
+    worlds = Randomisation(regulator_lag_s="0.08")
+    script.covered(file, RobotOptions.of("published"), worlds, band, 1, tmp_path / "rate")
+    np.testing.assert_array_equal(driven[-1][0].pressure_kPa(1.0), [30.0, 30.0, 30.0])
 
 
 def test_what_stops_a_trial_is_kept(

@@ -37,8 +37,12 @@ def test_entries_say_kind_and_regulators() -> None:
 def test_one_hot_tells_kinds_and_cavities_apart() -> None:
     row = Design.parse("b2+1.0").one_hot(2, module_count=2, cavity_count=2).reshape(2, 7)
     np.testing.assert_array_equal(row, [[0, 0, 0, 0, 1, 1, 0], [1, 0, 0, 0, 0, 0, 0]])
-    with pytest.raises(ValueError, match="kind 2 with 2 cavities at location 0"):
+    with pytest.raises(ValueError, match="kind b at location 0, expected a, the only kind"):
         Design.parse("b2+1.0").one_hot(2)
+    with pytest.raises(ValueError, match="kind c at location 1, expected a to b"):
+        Design.parse("1.c1").one_hot(2, module_count=2)
+    with pytest.raises(ValueError, match="on 2 regulators at location 0, expected at most 1"):
+        Design.parse("b2+1.0").one_hot(2, module_count=2)
 
 
 @pytest.mark.parametrize("text", ["1.b0.2", "1..2", "B1.0", "1+.0", "1.0+1", "+1.0"])
