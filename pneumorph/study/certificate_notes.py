@@ -9,7 +9,7 @@ import numpy as np
 from pneumorph.environment.goal import Goal
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_pairs import Band, CertifiedPair
-from pneumorph.study.toppled_note import TOPPLED_DEG
+from pneumorph.study.toppled_note import toppled_in_worlds_note
 
 
 def measured_notes(drawn: Randomisation) -> list[str]:
@@ -42,16 +42,9 @@ def expert_notes(
         )
     if band.failed_count:
         notes.append(f"the expert's robot diverged in {band.failed_count} worlds, counted as 0")
-    if toppled_share:
-        notes.append(_toppled("the expert's robot", toppled_share))
+    if (note := toppled_in_worlds_note("the expert's robot", toppled_share)) is not None:
+        notes.append(note)
     return notes
-
-
-def _toppled(who: str, share: float) -> str:
-    return (
-        f"{who} toppled in {max(100.0 * share, 1.0):.0f} % of the worlds: its hub leaned by more "
-        f"than {TOPPLED_DEG:g} degrees, and its fall counts in what it achieved there"
-    )
 
 
 def pair_notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
@@ -60,8 +53,8 @@ def pair_notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
     for pair in pairs:
         if pair.band.failed_count:
             notes.append(f"{pair.label} diverged in {pair.band.failed_count} worlds, counted as 0")
-        if pair.toppled_share:
-            notes.append(_toppled(pair.label, pair.toppled_share))
+        if (note := toppled_in_worlds_note(pair.label, pair.toppled_share)) is not None:
+            notes.append(note)
         if pair.left_range_share:
             notes.append(
                 f"{pair.label} left the range of its legs' snapshots in "

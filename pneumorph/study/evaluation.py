@@ -34,6 +34,7 @@ from pneumorph.study.robustness import (
     robustness,
     walks_in_worlds,
 )
+from pneumorph.study.toppled_note import toppled_in_worlds_note
 
 REPEATS_WITHIN = {"cm": 0.05, "degrees": 0.5}
 """A replay of the same physics on another machine may round differently, but no more than this in
@@ -183,6 +184,9 @@ def evaluate(
     notes = _notes(evaluated, run, task.goal) if settings.model == "reduced" else []
     if settings.randomize:
         notes += idle_notes(spec, settings.randomisation)
+    if worlds is not None:
+        told = toppled_in_worlds_note("one robot or another", worlds.toppled_share)
+        notes += [] if told is None else [told]
     return Evaluation(
         run=str(run.folder),
         model=settings.model,
@@ -232,6 +236,7 @@ def _in_worlds(
         settings_to_dict(drawn),
         walked.range_ratio,
         task.goal,
+        walked.lean_deg,
     )
 
 

@@ -20,6 +20,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study.kept_walks import walks_identity
 from pneumorph.study.sensitivity import weighted_quantiles
+from pneumorph.study.toppled_note import toppled_share
 
 KEPT_WALKS = "in_worlds"
 """Folder of walks that are kept until all that they are for is done."""
@@ -66,6 +67,9 @@ class Robustness:
     range_ratio: float | None = None
     """The furthest that any leg went, relative to its furthest snapshot."""
     goal: Goal = FORWARD
+    toppled_share: float | None = None
+    """Share of the walks in which the hub leaned so far that the robot fell over; None where that
+    is not known."""
 
 
 class WalksInWorlds(NamedTuple):
@@ -172,6 +176,7 @@ def robustness(
     distributions: dict[str, Any] | None = None,
     range_ratios: np.ndarray | None = None,
     goal: Goal = FORWARD,
+    lean_deg: np.ndarray | None = None,
 ) -> Robustness:
     """Summarise what was achieved over worlds.
 
@@ -183,6 +188,7 @@ def robustness(
         distributions: What they were drawn from.
         range_ratios: As `walks_in_worlds` returns them, (world, pair).
         goal: What was achieved.
+        lean_deg: As `walks_in_worlds` returns it, (world, pair).
     """
     from scipy.stats import kendalltau
 
@@ -215,4 +221,5 @@ def robustness(
         left_range_share=None if known.size == 0 else float(np.mean(known > RANGE_TOLERANCE)),
         range_ratio=furthest_ratio(range_ratios),
         goal=goal,
+        toppled_share=None if lean_deg is None else toppled_share(lean_deg.ravel()),
     )

@@ -32,3 +32,18 @@ def toppled_share(lean_deg: np.ndarray) -> float | None:
     """
     known = lean_deg[~np.isnan(lean_deg)]
     return float(np.mean(known > TOPPLED_DEG)) if known.size else None
+
+
+def toppled_in_worlds_note(name: str, share: float | None) -> str | None:
+    """What to tell of a robot that toppled in some worlds; None of one that did in none.
+
+    Args:
+        name: What it is called.
+        share: In which share of its walks it toppled; None where that is not known.
+    """
+    if not share:
+        return None
+    return (
+        f"{name} toppled in {max(100.0 * share, 1.0):.0f} % of the worlds: its hub leaned by more "
+        f"than {TOPPLED_DEG:g} degrees, and its fall counts in what it achieved there"
+    )
