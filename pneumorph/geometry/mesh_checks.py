@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.region_names import cavity_regions
-from pneumorph.geometry.surface import TETRAHEDRON_FACES, enclosed_volume, winding_number
+from pneumorph.geometry.surface import (
+    TETRAHEDRON_FACES,
+    connected_pieces,
+    enclosed_volume,
+    winding_number,
+)
 
 DEGENERATE_SHAPE = 1e-4
 """Least volume of a tetrahedron relative to that of a regular one with its longest edge."""
@@ -171,15 +174,12 @@ def _check_connection(mesh: Mesh) -> None:
             f"{np.sum(~used)} nodes belong to no tetrahedron, the first is {np.argmin(used)}; they "
             "would have mass but no stiffness"
         )
-    first = np.repeat(mesh.connectivity[:, 0], mesh.connectivity.shape[1] - 1)
-    other = mesh.connectivity[:, 1:].ravel()
-    graph = coo_array((np.ones(len(first)), (first, other)), shape=(count, count))
-    pieces, label = connected_components(graph.tocsr(), directed=False)
-    if pieces > 1:
-        smallest = np.bincount(label).min()
+    nodes_of_piece = np.bincount(connected_pieces(mesh.connectivity, count))
+    if len(nodes_of_piece) > 1:
+        smallest = nodes_of_piece.min()
         raise MeshError(
-            f"the mesh falls into {pieces} disconnected pieces, the smallest of {smallest} nodes; "
-            "do touching solids share their nodes?"
+            f"the mesh falls into {len(nodes_of_piece)} disconnected pieces, the smallest of "
+            f"{smallest} nodes; do touching solids share their nodes?"
         )
 
 

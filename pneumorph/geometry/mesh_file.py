@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.mesh import Mesh, MeshError
@@ -17,7 +15,7 @@ from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.outer_boundary import outer_boundary
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.spread_points import spread_points
-from pneumorph.geometry.surface import enclosed_volume
+from pneumorph.geometry.surface import connected_pieces, enclosed_volume
 
 LEAST_EXTENT_MM, LARGEST_EXTENT_MM = 1.0, 10_000.0
 """Between which the longest side of a part's mesh is taken to be in mm."""
@@ -293,15 +291,11 @@ def _check_no_hole(mesh: Mesh, outer: np.ndarray) -> None:
     Raises:
         MeshError: It has one.
     """
-    first, other = outer[:, [0, 1, 2]].ravel(), outer[:, [1, 2, 0]].ravel()
-    count = len(mesh.nodes)
-    graph = coo_array((np.ones(len(first)), (first, other)), shape=(count, count))
-    _, piece = connected_components(graph.tocsr(), directed=False)
-    of_triangle = piece[outer[:, 0]]
+    of_triangle = connected_pieces(outer, len(mesh.nodes))[outer[:, 0]]
     for each in np.unique(of_triangle):
         volume = enclosed_volume(mesh.nodes, outer[of_triangle == each])
         if volume < 0.0:
-            known = ", ".join(cavity_regions(mesh)) or "none"
+            known = ", ".join(cavity_regions(mesh))
             raise MeshError(
                 f"the solid has a closed hole of {-volume:.4g} mm^3 that is in no cavity (they "
                 f"are: {known}), expected each in a region whose name begins with cavity, such as "

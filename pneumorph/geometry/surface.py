@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from pneumorph.base.artefact import write_atomically
 
@@ -24,6 +26,20 @@ def boundary_triangles(tetrahedra: np.ndarray) -> np.ndarray:
     )
     boundary: np.ndarray = faces[np.sort(first[count == 1])]
     return boundary
+
+
+def connected_pieces(cells: np.ndarray, node_count: int) -> np.ndarray:
+    """Which connected piece each node is in, from 0; a node that no cell has is one by itself.
+
+    Args:
+        cells: Node indices of elements or triangles, (cell, corner).
+        node_count: How many nodes there are.
+    """
+    first = np.repeat(cells[:, 0], cells.shape[1] - 1)
+    links = (np.ones(len(first)), (first, cells[:, 1:].ravel()))
+    graph = coo_array(links, shape=(node_count, node_count)).tocsr()
+    label: np.ndarray = connected_components(graph, directed=False)[1]
+    return label
 
 
 def enclosed_volume(nodes: np.ndarray, triangles: np.ndarray) -> float:

@@ -13,10 +13,9 @@ from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_pha
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
-from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.recorded_walk import recorded_walk
-from pneumorph.study.toppled_note import toppled_note
+from pneumorph.study.toppled_note import walk_notes
 from pneumorph.trajectory import Trajectory
 
 SWEEP_FILE = "phase_sweep.npz"
@@ -53,11 +52,7 @@ class BestPhase:
     @property
     def expert_notes(self) -> tuple[str, ...]:
         """What to tell of the expert's robot: that it left its legs' snapshots, or toppled."""
-        told = (
-            range_note("The expert's robot", self.baseline_range_ratio),
-            toppled_note("The expert's robot", self.baseline_lean_deg),
-        )
-        return tuple(note for note in told if note is not None)
+        return walk_notes("The expert's robot", self.baseline_range_ratio, self.baseline_lean_deg)
 
     @property
     def best_achieved_by_expert(self) -> float:

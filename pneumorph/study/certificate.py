@@ -179,7 +179,7 @@ class _Evidence:
         numbers: Of the unseen worlds by name, each (world,).
         by_expert: What the expert achieves there [the goal's unit], (world,); NaN where a
             simulation failed.
-        by_pairs: What the pairs do.
+        walked: What the pairs do.
         nominal: In the world as it stands.
         promised: What the training says of its pairs.
         alike: What they do in unseen worlds that were drawn as the training's, (world, pair).
@@ -193,7 +193,7 @@ class _Evidence:
     cycle_s: float
     numbers: Mapping[str, np.ndarray]
     by_expert: np.ndarray
-    by_pairs: WalksInWorlds
+    walked: WalksInWorlds
     nominal: Sequence[float | None]
     promised: Sequence[float | None]
     alike: np.ndarray
@@ -202,9 +202,9 @@ class _Evidence:
 
     def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
         """What is to be expected of one pair."""
-        achieved, promised = self.by_pairs.achieved[:, place], self.promised[place]
+        achieved, promised = self.walked.achieved[:, place], self.promised[place]
         alike = np.nan_to_num(self.alike[:, place])
-        counted, ratio = np.nan_to_num(achieved), self.by_pairs.range_ratio[:, place]
+        counted, ratio = np.nan_to_num(achieved), self.walked.range_ratio[:, place]
         known = ratio[~np.isnan(ratio)]
         trajectory = recorded_walk(
             self.spec,
@@ -229,7 +229,7 @@ class _Evidence:
             backsliding=did.backsliding,
             legs=did.legs,
             left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
-            toppled_share=toppled_share(self.by_pairs.lean_deg[:, place]),
+            toppled_share=toppled_share(self.walked.lean_deg[:, place]),
             sensitivities=sensitivities(self.numbers, counted),
         )
 
@@ -328,7 +328,7 @@ def _with_full_order(
     if others:
         own = [replace(worlds[number], reduction="") for number in others]
         by_pairs = by_pairs.copy()
-        by_pairs[others, best] = _walked(spec, [walkers[best]], own, folder, goal)[0][:, 0]
+        by_pairs[others, best] = _walked(spec, [walkers[best]], own, folder, goal).achieved[:, 0]
     # The best pair's first: who stops here has learned most.
     asked: list[tuple[int, int | None]] = [(best, number) for number in (None, *worst)]
     asked += [(place, None) for place in range(len(pairs)) if place != best]

@@ -182,23 +182,23 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
             the animations' eight, or one that diverges.
     """
     start = time.monotonic()
-    for chosen in settings.runs().values():
-        for each in chosen:
-            if each.design.location_count != len(robot.sites):
-                raise ValueError(
-                    f"the robot has {len(robot.sites)} sites, expected "
-                    f"{each.design.location_count}: the animations that are compared are of the "
-                    "paper's robot; compare one of as many sites, with one kind of leg"
-                )
+    runs = settings.runs()
+    designs = [each.design for chosen in runs.values() for each in chosen]
+    # Before the first walk, which takes hours.
+    for design in designs:
+        if design.location_count != len(robot.sites):
+            raise ValueError(
+                f"the robot has {len(robot.sites)} sites, expected {design.location_count}: the "
+                "animations that are compared are of the paper's robot; compare one of as many "
+                "sites, with one kind of leg"
+            )
     _ = robot.module  # one kind, whose bend is compared
-    for chosen in settings.runs().values():
-        for each in chosen:
-            _ = robot.assembly(each.design)  # before the first walk, which takes hours
+    for design in designs:
+        _ = robot.assembly(design)
     robot.check_reduction()
     own = settings.full_order or folder.path / "full_order"
     store = FullOrderStore((own, *shipped_folders()))
     comparer = _Comparer(settings, robot, folder, store)
-    runs = settings.runs()
     errors: dict[str, dict[str, RobotError]] = {}
     curves: dict[str, dict[str, tuple[float, ...]]] = {}
     for kind, chosen in runs.items():

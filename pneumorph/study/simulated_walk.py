@@ -21,11 +21,10 @@ from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
-from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import Model, recorded_walk
-from pneumorph.study.toppled_note import toppled_note
+from pneumorph.study.toppled_note import walk_notes
 from pneumorph.trajectory import Trajectory
 
 TRAJECTORY_FILE = "trajectory.npz"
@@ -171,14 +170,7 @@ def simulate(
         steps=_read(StepReport, told.get("steps")),
         reason=told.get("reason"),
         range_ratio=told.get("range_ratio"),
-        notes=tuple(
-            note
-            for note in (
-                range_note("The robot", told.get("range_ratio")),
-                toppled_note("The robot", float(trajectory.lean_deg.max())),
-            )
-            if note is not None
-        ),
+        notes=walk_notes("The robot", told.get("range_ratio"), float(trajectory.lean_deg.max())),
         simulation_wall_s=simulated_s,
         wall_s=time.monotonic() - start,
     )

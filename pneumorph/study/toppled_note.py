@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.reduction.snapshot_range import range_note
+
 TOPPLED_DEG = 60.0
 """A hub that leans further lies on its side or its back, or is about to [degrees]; trainings
 penalise more than 30."""
@@ -22,6 +24,18 @@ def toppled_note(name: str, lean_deg: float | None) -> str | None:
         f"{name} toppled: its hub leaned by up to {lean_deg:.0f} degrees, and what it achieved "
         "counts its fall; look at the replay"
     )
+
+
+def walk_notes(name: str, range_ratio: float | None, lean_deg: float | None) -> tuple[str, ...]:
+    """What to tell of a walk: that it left its legs' snapshots, that it toppled.
+
+    Args:
+        name: What the robot is called.
+        range_ratio: As of `range_note`.
+        lean_deg: As of `toppled_note`.
+    """
+    told = range_note(name, range_ratio), toppled_note(name, lean_deg)
+    return tuple(note for note in told if note is not None)
 
 
 def toppled_share(lean_deg: np.ndarray) -> float | None:

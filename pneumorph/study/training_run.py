@@ -29,7 +29,6 @@ from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.environments import state_size
 from pneumorph.learn.settings import CooptSettings
-from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
@@ -49,7 +48,7 @@ from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_rewar
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
 from pneumorph.study.shown_gaits import digests_of_shown
-from pneumorph.study.toppled_note import toppled_note
+from pneumorph.study.toppled_note import walk_notes
 from pneumorph.study.training_result import TrainingResult, fields_of_learned, ranked_by
 from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.trajectory import Trajectory
@@ -233,9 +232,8 @@ def _range_notes(expert: BestPhase, replayed: Trajectory | None) -> list[str]:
     """What to tell of the expert's robot and of the best pair's, in the world as it stands."""
     if replayed is None:
         return [*expert.expert_notes]
-    who, ratio = "The best pair's robot", replayed.metadata.get("range_ratio")
-    told = range_note(who, ratio), toppled_note(who, float(replayed.lean_deg.max()))
-    return [*expert.expert_notes, *(note for note in told if note is not None)]
+    ratio, lean_deg = replayed.metadata.get("range_ratio"), float(replayed.lean_deg.max())
+    return [*expert.expert_notes, *walk_notes("The best pair's robot", ratio, lean_deg)]
 
 
 def _check(

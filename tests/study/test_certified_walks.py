@@ -32,6 +32,7 @@ from pneumorph.study.analysis import Walker
 from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.certified_pairs import Band, CertifiedPair
 from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, LaggingGait, full_order_walks
+from pneumorph.study.robustness import WalksInWorlds
 from pneumorph.trajectory import Trajectory
 
 WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
@@ -187,7 +188,8 @@ def test_finite_elements_stand_beside_the_robots_own_legs(
 
     def walked(spec: object, walkers: Sequence[Walker], worlds: list[World], *_: object) -> Any:
         asked.append(worlds)
-        return np.full((len(worlds), len(walkers)), 3.0), None
+        unknown = np.full((len(worlds), len(walkers)), np.nan)
+        return WalksInWorlds(np.full_like(unknown, 3.0), unknown, unknown)
 
     kept = KeptWalk(3.1, "completed", 1.0)
     monkeypatch.setattr(certificate, "_walked", walked)
