@@ -43,23 +43,30 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
     """Compare and draw."""
     if options.settings.model == "reduced":
         options.robot.refuse_full_options()
-    for text in options.runs:
-        _tell_of_other_physics(Path(text.rpartition("=")[2]), options.robot, folder)
+    deployed = [Path(text.rpartition("=")[2]) for text in options.runs]
+    told = [note for each in deployed for note in _of_other_physics(each, options.robot)]
+    for note in told:
+        folder.progress.say(note)
     compared = transfer(options.runs, options.settings, options.robot.spec(), folder)
     figures = save_transfer_figures(compared, folder.path, plans_of(options.robot))
-    return replace(compared.found, figures=tuple(str(each) for each in figures))
+    return replace(
+        compared.found,
+        figures=tuple(str(each) for each in figures),
+        notes=(*told, *compared.found.notes),
+    )
 
 
-def _tell_of_other_physics(deployment: Path, robot: RobotOptions, folder: RunFolder) -> None:
-    """Say where what was deployed had another physics than the simulation beside it."""
+def _of_other_physics(deployment: Path, robot: RobotOptions) -> list[str]:
+    """What to tell where what was deployed had another physics than the simulation beside it."""
     if not (deployment / SUMMARY).is_file():
-        return
+        return []
     theirs, ours = (each.physics_name for each in (FinishedRun.read(deployment).robot, robot))
-    if theirs != ours:
-        folder.progress.say(
-            f"{deployment} was deployed in the {theirs} physics and is simulated in the {ours} "
-            f"one; --physics {theirs} simulates it as deployed"
-        )
+    if theirs == ours:
+        return []
+    return [
+        f"{deployment} was deployed in the {theirs} physics and is simulated in the {ours} "
+        f"one; --physics {theirs} simulates it as deployed"
+    ]
 
 
 def taken_over(options: TransferOptions) -> TakenOver | None:

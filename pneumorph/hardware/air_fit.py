@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.hardware.confidence import confidence_reach, effective_count
+from pneumorph.hardware.confidence import Course, confidence
 from pneumorph.hardware.deployment_log import COMMAND, LoggedPressures
 from pneumorph.physics.air import Air
 from pneumorph.physics.regulators import AirRegulators, air_regulators
@@ -200,9 +200,10 @@ def _minimum(problem: _Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarr
         xtol=1e-8,
         max_nfev=60,
     )
-    effective = sum(effective_count(each) for each in problem.residuals(found.x))
-    jacobian = problem.jacobian(found.x)
-    reach = confidence_reach(jacobian, found.fun, effective)
+    left = problem.residuals(found.x)
+    ends = np.cumsum([len(each) for each in left])[:-1]
+    jacobians = np.split(problem.jacobian(found.x), ends)
+    reach = confidence([*map(Course, jacobians, left)]).reach
     for name, width in zip(NAMES, reach, strict=True):
         if not width < math.log(WIDEST):
             kind = name.split("_")[0]

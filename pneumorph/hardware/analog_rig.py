@@ -53,18 +53,18 @@ class AnalogRig:
         self._supply.set_volts(self._rig.command_volts(pressure_kPa))
 
     def sense(self) -> np.ndarray:
-        """Sensed pressures [real kPa], (channel,); connects the ADC first if need be."""
+        """Sensed pressures [real kPa], (channel,), NaN where a channel has no sensor; connects the
+        ADC first if need be."""
         if self._adc is None:
             return np.full(SUPPLY_OUTPUTS, np.nan)
         if not self._adc.is_open:
             self._adc.open()
         volts = numbers(self._adc.ask("?"), SUPPLY_OUTPUTS, "?")
-        return np.array(
-            [
-                channel.sensed_kPa(volt)
-                for channel, volt in zip(self._rig.channels, volts, strict=True)
-            ]
-        )
+        sensed = [
+            channel.sensed_kPa(volt)
+            for channel, volt in zip(self._rig.channels, volts, strict=True)
+        ]
+        return self._rig.of_sensors(np.array(sensed))
 
     def vent(self) -> None:
         """Command zero pressure, without waiting for an answer."""

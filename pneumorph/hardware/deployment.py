@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pneumorph.hardware.deployment_log import DeploymentLog, LogError
+from pneumorph.hardware.deployment_log import STOPPED, DeploymentLog, LogError
 from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver
 from pneumorph.hardware.guardian import vent
 from pneumorph.hardware.rig import RigSettings
@@ -143,6 +143,9 @@ class _Run:
             if signals:
                 raise DriverError(f"stopped by {signals[0]}")
             now = self._now()
+            late = self._watch.late(now)
+            if late is not None:
+                raise DriverError(late)
             self._beat()
             place = min(schedule.place(now), len(schedule.time_s) - 1)
             if place > given:
@@ -191,7 +194,7 @@ class _Run:
         with self._logging():
             if not completed:
                 self._log.command(found_s, self._zero)
-                self._log.event(found_s, f"stopped: {reason}")
+                self._log.event(found_s, STOPPED + reason)
             for error_text in errors:
                 self._log.event(self._now(), f"vent failed: {error_text}")
             if doubt is None:

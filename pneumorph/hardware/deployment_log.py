@@ -21,6 +21,8 @@ from pneumorph.hardware.measured_table import read_rows, unit_factor
 
 COMMAND = "command"
 """Event of the row that is written just before a command is given."""
+STOPPED = "stopped: "
+"""How the event begins that says why a run ended before its gait."""
 
 
 class LogError(OSError):
@@ -111,6 +113,14 @@ class LoggedPressures:
     commanded_kPa: np.ndarray
     sensed_kPa: np.ndarray
     events: tuple[tuple[float, str], ...]
+
+    @property
+    def stopped(self) -> tuple[float, str] | None:
+        """When and why the run was stopped before the gait's end; None where it was not."""
+        for time_s, event in self.events:
+            if event.startswith(STOPPED):
+                return time_s, event.removeprefix(STOPPED)
+        return None
 
 
 def read_log(path: Path | str) -> LoggedPressures:

@@ -23,18 +23,25 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """The clock on the wall, from now on."""
+    """The clock on the wall, from now on; where the computer sleeps meanwhile, it goes on."""
 
     def __init__(self) -> None:
-        self._start = time.monotonic()
+        self._start = _awake_or_asleep_s()
 
     def now_s(self) -> float:
         """Time since the clock was made [s]."""
-        return time.monotonic() - self._start
+        return _awake_or_asleep_s() - self._start
 
     def wait_until(self, time_s: float) -> None:
         """Sleep until then."""
         time.sleep(max(0.0, time_s - self.now_s()))
+
+
+def _awake_or_asleep_s() -> float:
+    """Time since some start [s] that passes while the computer sleeps: Linux's monotonic clock
+    stands still then, and a gait would go on as if nothing had been."""
+    boot = getattr(time, "CLOCK_BOOTTIME", None)
+    return time.monotonic() if boot is None else time.clock_gettime(boot)
 
 
 class RegulatorDriver(Protocol):

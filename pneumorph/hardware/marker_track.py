@@ -27,6 +27,11 @@ from pneumorph.base.checked import Checked, Positive, rises
 from pneumorph.environment.goal import Goal
 from pneumorph.hardware.measured_table import read_measured_table
 
+LOST_S = 0.5
+LOST_POINTS = 5.0
+"""A marker that was not seen for longer, and for so many times the usual distance of points, was
+lost: where it was meanwhile is not the straight line between."""
+
 
 @dataclass(frozen=True)
 class VideoSettings(Checked):
@@ -79,6 +84,24 @@ class MarkerTrack:
             raise ValueError(
                 "times of a track must be finite and rise; frames may be doubled or out of order"
             )
+
+    def seen(self, time_s: np.ndarray) -> np.ndarray:
+        """Whether the marker was seen about given times, (time,): not before its first point, after
+        its last, or while it was lost (`lost`)."""
+        within: np.ndarray = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
+        for begin_s, end_s in self.lost():
+            within &= (time_s <= begin_s) | (time_s >= end_s)
+        return within
+
+    def lost(self) -> list[tuple[float, float]]:
+        """From when to when the marker was not seen [s]: for half a second, and for much longer
+        than from point to point elsewhere."""
+        apart = np.diff(self.time_s)
+        longest_s = max(LOST_S, LOST_POINTS * float(np.median(apart)))
+        return [
+            (float(self.time_s[place]), float(self.time_s[place + 1]))
+            for place in np.flatnonzero(apart > longest_s)
+        ]
 
     def forward_cm(self, time_s: np.ndarray) -> np.ndarray:
         """Forward travel since the gait's start at given times [cm], linear in between.

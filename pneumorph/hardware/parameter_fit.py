@@ -3,8 +3,8 @@ least squares.
 
 The simulated robot is driven with the pressures that were sensed, so the regulators take no part;
 what differs between its path and the measured one is put down to the parameters. Residuals are
-correlated from one instant to the next, so intervals count the effective number of samples
-(`pneumorph.hardware.confidence`).
+correlated from one instant to the next, more so along the way than across it, so intervals count
+the effective number of samples of each coordinate (`pneumorph.hardware.confidence`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
-from pneumorph.hardware.confidence import confidence_reach, effective_count
+from pneumorph.hardware.confidence import Course, confidence
 from pneumorph.hardware.trial import Trial
 
 Parameters = dict[str, float]
@@ -98,13 +98,14 @@ class ParameterFit:
     intervals: dict[str, tuple[float, float]]
     """95 % confidence interval of each."""
     r_squared: float
-    """Share of the measured paths' variance that the simulation explains."""
+    """Share of the measured paths' variance that the simulation explains; none of what stood still
+    is explained."""
     rms_mm: float
     """Root mean square distance of the paths [mm]."""
     start_rms_mm: float
     """The same before the fit [mm]."""
     effective_sample_count: float
-    """Independent samples that the residuals amount to."""
+    """Independent samples behind the interval that rests on the fewest."""
     simulation_count: int
     """Robots simulated."""
     converged: bool
@@ -155,10 +156,9 @@ def fit_parameters(
         gtol=1e-12,
         max_nfev=settings.evaluation_limit,
     )
-    jacobian = problem.jacobian(found.x)
     residual = found.fun
-    effective = problem.effective_count(residual)
-    reach = confidence_reach(jacobian, residual, effective)
+    known = confidence(problem.courses(found.x, residual))
+    reach = known.reach
     unseen = [name for name, width in zip(settings.names, reach, strict=True) if width == math.inf]
     if unseen:
         raise ValueError(
@@ -166,18 +166,20 @@ def fit_parameters(
             "or every surface has a coefficient of its own (physics.friction_by_surface); leave it "
             "out of fit.names"
         )
+    with np.errstate(over="ignore"):  # of what the paths hardly tell, the end may be infinite
+        ends = np.exp(found.x + np.outer([-1.0, 1.0], reach))
     total = float(np.sum(problem.deviation**2))
     square_sum = float(residual @ residual)
     return ParameterFit(
         values={n: float(np.exp(x)) for n, x in zip(settings.names, found.x, strict=True)},
         intervals={
-            n: (float(np.exp(x - r)), float(np.exp(x + r)))
-            for n, x, r in zip(settings.names, found.x, reach, strict=True)
+            n: (float(low), float(high))
+            for n, (low, high) in zip(settings.names, ends.T, strict=True)
         },
-        r_squared=1.0 - square_sum / total,
+        r_squared=1.0 - square_sum / total if total > 0.0 else -math.inf,
         rms_mm=float(np.sqrt(2.0 * square_sum / len(residual))),
         start_rms_mm=float(np.sqrt(2.0 * first @ first / len(first))),
-        effective_sample_count=effective,
+        effective_sample_count=known.effective,
         simulation_count=problem.simulation_count,
         converged=bool(found.status > 0),
     )
@@ -208,9 +210,11 @@ class _Problem:
             driven = trial.driven_kPa(time_step_s * np.arange(steps))
             every = max(1, round(1.0 / (settings.samples_per_s * time_step_s)))
             chosen = np.arange(every, steps + 1, every)
+            chosen = chosen[trial.track.seen(time_step_s * chosen)]
             if len(chosen) <= len(settings.names):
                 raise ValueError(
-                    f"{trial.name} lasts {end:g} s, too short for {len(settings.names)} parameters"
+                    f"{trial.name} lasts {end:g} s, of which its track tells {len(chosen)} "
+                    f"samples: too few for {len(settings.names)} parameters"
                 )
             measured = np.column_stack(
                 [
@@ -262,14 +266,15 @@ class _Problem:
             columns.append((self.residual(x + shift) - self.residual(x - shift)) / (2.0 * step))
         return np.column_stack(columns)
 
-    def effective_count(self, residual: np.ndarray) -> float:
-        """Independent samples that correlated residuals amount to, less each course's mean."""
-        effective, begin = 0.0, 0
-        for _, chosen, _ in self._cases:
-            block = residual[begin : begin + 2 * len(chosen)].reshape(-1, 2)
-            begin += block.size
-            effective += sum(max(effective_count(path) - 1.0, 1.0) for path in block.T)
-        return effective
+    def courses(self, x: np.ndarray, residual: np.ndarray) -> list[Course]:
+        """Each trial's two coordinates, whose means were taken off."""
+        ends = np.cumsum([2 * len(chosen) for _, chosen, _ in self._cases])[:-1]
+        parts = zip(np.split(self.jacobian(x), ends), np.split(residual, ends), strict=True)
+        return [
+            Course(jacobian[place::2], left[place::2], mean_removed=True)
+            for jacobian, left in parts
+            for place in range(2)
+        ]
 
 
 def _searched(problem: _Problem, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:

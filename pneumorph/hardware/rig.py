@@ -43,7 +43,8 @@ class Channel(Checked):
     sensor_volt_at_zero: float = 1.0
     """Sensor voltage at zero pressure [V]."""
     has_sensor: bool = True
-    """Whether there is a pressure sensor; a reading of NaN is a fault where there is one."""
+    """Whether there is a pressure sensor; a reading of NaN is a fault where there is one, and no
+    reading is looked at where there is none."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -270,6 +271,11 @@ class RigSettings(Checked):
         """Which channels have a pressure sensor, (channel,) bool; a 9129B's need an ADC."""
         connected = self.driver != "9129b" or bool(self.adc_port)
         return np.array([connected and channel.has_sensor for channel in self.channels])
+
+    def of_sensors(self, sensed_kPa: np.ndarray) -> np.ndarray:
+        """Readings of all channels, (channel,), NaN in place of what a channel without a sensor
+        seems to read [kPa]: an input that nothing is connected to has any voltage."""
+        return np.where(self.has_sensor, sensed_kPa, np.nan)
 
     @property
     def zero_volts(self) -> list[float]:

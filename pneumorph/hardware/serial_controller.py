@@ -7,6 +7,7 @@ A line is sent, a line comes back:
     S                     ->  12.10,0.00,44.20              sensed [kPa]
     Z                                                       vent everything, no answer needed
 
+Of a channel without a sensor (has_sensor = false) any number is answered; it is not looked at.
 A controller's own firmware should vent when it has heard nothing for half a second.
 """
 
@@ -48,8 +49,8 @@ class SerialController:
         numbers(self._line.ask(message), self._count, message)
 
     def sense(self) -> np.ndarray:
-        """Sensed pressures [real kPa], (channel,)."""
-        return np.array(numbers(self._line.ask("S"), self._count, "S"))
+        """Sensed pressures [real kPa], (channel,); NaN where a channel has no sensor."""
+        return self._rig.of_sensors(np.array(numbers(self._line.ask("S"), self._count, "S")))
 
     def vent(self) -> None:
         """Command zero pressure."""

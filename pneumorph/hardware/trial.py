@@ -33,6 +33,19 @@ class Trial:
     pressures: LoggedPressures
     track: MarkerTrack
 
+    @property
+    def end_s(self) -> float:
+        """Until when the gait is known to have been walked and seen [s]: its track may go on behind
+        a run that was stopped, or a log that was cut off."""
+        log = self.pressures
+        if log.stopped is not None:
+            driven_s = log.stopped[0]
+        elif len(log.time_s) > 1:
+            driven_s = float(log.time_s[-1] + np.median(np.diff(log.time_s)))
+        else:
+            driven_s = np.inf
+        return min(driven_s, float(self.track.time_s[-1]))
+
     def driven_kPa(self, time_s: np.ndarray) -> np.ndarray:
         """Pressure that drove the robot at given times [real kPa], (time, channel).
 
@@ -77,6 +90,30 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
     log, track = read_log(folder / LOG_FILE), read_track(tracks[0], video)
     _check_times(log, folder / LOG_FILE, track, tracks[0])
     return Trial(folder.name, log, track)
+
+
+def read_trials(run: Path, video: VideoSettings | None = None) -> tuple[list[Trial], list[str]]:
+    """Read the trials of a deployment, but those that were stopped and whose video nobody tracked.
+
+    Returns:
+        The trials, and the names of those that are left out.
+
+    Raises:
+        FileNotFoundError: There are none, one that was not stopped has no track, or no trial has.
+        ValueError: As `read_trial`.
+    """
+    folders = trial_folders(run)
+    unseen = [each for each in folders if _stopped_unseen(each)]
+    if len(unseen) == len(folders):
+        unseen = []  # the first one says what is missing
+    trials = [read_trial(each, video) for each in folders if each not in unseen]
+    return trials, [each.name for each in unseen]
+
+
+def _stopped_unseen(folder: Path) -> bool:
+    if any(folder.glob(TRACK_PATTERN)):
+        return False
+    return read_log(folder / LOG_FILE).stopped is not None
 
 
 def _check_times(

@@ -210,11 +210,11 @@ def check_length(
     """
     if not trials:
         raise ValueError(f"{label} has no trials, expected at least one")
-    tracked_s = min(float(trial.track.time_s[-1]) for trial in trials)
+    tracked_s = min(trial.end_s for trial in trials)
     common_s = min(simulated_s, tracked_s + sample_s)
     if common_s < step_s:
         raise ValueError(
-            f"{label}: simulation and tracks have {common_s:g} s in common, expected at least one "
+            f"{label}: simulation and trials have {common_s:g} s in common, expected at least one "
             f"step of {step_s:g} s; times of a track count from the gait's start"
         )
     return common_s

@@ -293,10 +293,10 @@ class VirtualRig:
         self.regulators.target_kPa = self._quantised(np.asarray(pressure_kPa, dtype=float))
 
     def sense(self) -> np.ndarray:
-        """Sensed pressures [real kPa], (channel,)."""
+        """Sensed pressures [real kPa], (channel,); NaN where a channel has no sensor."""
         pressure = self.regulators.pressure_kPa
         noise = self._settings.sensor_noise_kPa * self._rng.standard_normal(len(pressure))
-        return self._quantised(pressure + noise)
+        return self._rig.of_sensors(self._quantised(pressure + noise))
 
     def vent(self) -> None:
         """Command zero."""

@@ -74,6 +74,17 @@ class PressureWatch:
             or self._outside(time_s, commanded, sensed)
         )
 
+    def late(self, time_s: float) -> str | None:
+        """Why nothing more may be commanded at a time [s], or None: too long ago is the last sample
+        to know what happened in between."""
+        longest_s = LONGEST_GAP * self._safety.watchdog_s
+        if self._time_s is None or not time_s - self._time_s > longest_s:
+            return None
+        return (
+            f"no sample was taken for {time_s - self._time_s:.2f} s, expected one within "
+            f"{longest_s:g} s: the sensors answer late, or the computer was busy or asleep"
+        )
+
     def _closing_s(self) -> float:
         highest = np.full(len(self._has_sensor), self._safety.highest_sensed_kPa)
         closing_s = self._band.closing_s(highest, EMPTY_KPA, LONGEST_CLOSING_S)
@@ -89,22 +100,15 @@ class PressureWatch:
 
     def _blind(self, time_s: float) -> str | None:
         """Find a clock that does not go on, or goes on without samples: all else is told by it."""
-        before_s, self._time_s = self._time_s, time_s
-        if before_s is None:
-            return None
-        if not time_s > before_s:
-            self._time_s = before_s
+        before_s = self._time_s
+        if before_s is not None and not time_s > before_s:
             return (
                 f"the time of a sample is {time_s:.4f} s after {before_s:.4f} s, expected a later "
                 "one: the clock stands still or goes backward, and nothing can be watched by it"
             )
-        longest_s = LONGEST_GAP * self._safety.watchdog_s
-        if time_s - before_s > longest_s:
-            return (
-                f"no sample was taken for {time_s - before_s:.2f} s, expected one within "
-                f"{longest_s:g} s: the sensors answer late, or the computer was busy or asleep"
-            )
-        return None
+        late = self.late(time_s)
+        self._time_s = time_s
+        return late
 
     def _senseless(self, sensed: np.ndarray) -> str | None:
         safety = self._safety

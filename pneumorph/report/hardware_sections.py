@@ -15,7 +15,7 @@ from pneumorph.hardware.marker_track import (
     read_track,
     says_its_units,
 )
-from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, Trial, read_trial, trial_folders
+from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, Trial, read_trials, trial_folders
 from pneumorph.report import page
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.page import Section
@@ -135,7 +135,7 @@ def _first_trial(
     """The first trial that was compared, if all are still on disk."""
     video = run.structured("settings.video", VideoSettings)
     try:
-        trials = [read_trial(each, video) for each in trial_folders(Path(robot.run))]
+        trials, _ = read_trials(Path(robot.run), video)
     except FileNotFoundError:
         return None
     whole, _ = whole_trials(robot.label, trials, duration_s, step_s)

@@ -85,7 +85,9 @@ class DeploymentSettings(Checked):
         uses = {} if self.bend_test else {"--bends.": "with --bend-test"}
         if driver != "virtual":
             real = f"with a virtual rig only, and {self.rig} has the driver {driver!r}"
-            uses |= {"--virtual.": real, "--model": real}
+            uses |= {"--virtual.": real, "--model": real, "--bends.repeats": real}
+        elif self.bend_test:
+            uses["--trials"] = "without --bend-test, of which a virtual rig makes one"
         for flag in changed_flags(DeploymentSettings(), self):
             for begin, use in uses.items():
                 if flag.startswith(begin):

@@ -10,7 +10,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.idle_numbers import idle_numbers
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.marker_track import MarkerTrack
-from pneumorph.hardware.parameter_fit import ParameterFit, fit_parameters
+from pneumorph.hardware.parameter_fit import BOUNDS, ParameterFit, fit_parameters
 from pneumorph.hardware.trial import read_trial, trial_folders
 from pneumorph.physics.calibration import Calibration
 from pneumorph.robot.design import Design
@@ -19,6 +19,15 @@ from pneumorph.study.calibration_provenance import provenance
 from pneumorph.study.calibration_settings import CalibrationSettings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.path_simulator import path_simulator
+
+LEAST_R_SQUARED = 0.5
+"""A fit that explains less of the measured paths is none: it leaves more of them than it explains,
+so they are of another motion, and the numbers and their intervals say nothing. On the virtual rig
+right tracks come to 0.76 to 1.00; those turned by 90 degrees or more, of another design or of a
+robot that stood still to 0.15 at most."""
+
+AT_BOUND = 0.01
+"""A value that is within this share of its bound lies at it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +62,11 @@ def with_parameters(
         settings: The measurements, and what to fit.
         spec: The robot, for the provenance.
         plain: The same without a calibration, which the fit starts from.
-        folder: Tells how far the fit is.
+        folder: Tells how far the fit is, and what to doubt of it.
 
     Raises:
-        ValueError: Trials without tracks, or too few of them for the numbers asked for.
+        ValueError: Trials without tracks, too few of them for the numbers asked for, or paths that
+            no numbers explain.
         FileNotFoundError: A trial's file is missing.
     """
     assert settings.trials is not None
@@ -77,6 +87,10 @@ def with_parameters(
     found: ParameterFit = fit_parameters(
         trials, simulate, start, physics.time_step_s, asked, folder.progress
     )
+    _refuse_unexplained(found)
+    notes = fit_notes(found)
+    for note in notes:
+        folder.progress.say(note)
     track, step_s = trials[0].track, physics.time_step_s
     driven = trials[0].driven_kPa(np.arange(0.0, float(track.time_s[-1]), step_s))
     path = FittedPath(
@@ -85,7 +99,7 @@ def with_parameters(
         simulate(start, driven),
         simulate({**start, **found.values}, driven),
     )
-    quality = asdict(found)
+    quality = {**asdict(found), "notes": notes}
     del quality["values"], quality["intervals"]
     said = {
         **provenance(settings.trials, spec),
@@ -100,3 +114,41 @@ def with_parameters(
         source={**calibration.source, "trajectories": said},
     )
     return fitted, path
+
+
+def _refuse_unexplained(found: ParameterFit) -> None:
+    """Refuse a fit that explains too little.
+
+    Raises:
+        ValueError: It does.
+    """
+    if found.r_squared >= LEAST_R_SQUARED:
+        return
+    raise ValueError(
+        f"the fit explains too little of the measured paths: r_squared is {found.r_squared:.2f}, "
+        f"expected {LEAST_R_SQUARED:g} or more; simulated and measured paths are "
+        f"{found.start_rms_mm:.1f} mm apart before the fit and {found.rms_mm:.1f} mm after it, and "
+        "nothing is written; likely cause: heading, scale or start of a track is wrong "
+        "(--video.heading-deg, --video.units-per-mm, --video.start-s), another design or gait "
+        "walked than was deployed, or the robots hardly moved"
+    )
+
+
+def fit_notes(found: ParameterFit) -> list[str]:
+    """What to doubt of a fit: values that lie at their bounds, and an end that was not reached."""
+    notes = []
+    for name, value in found.values.items():
+        low, high = BOUNDS[name]
+        if low * (1.0 + AT_BOUND) < value < high * (1.0 - AT_BOUND):
+            continue
+        notes.append(
+            f"{name} is {value:.4g}, at the bound of the {low:g} to {high:g} in which it is looked "
+            "for, so its interval means nothing: the paths ask for something else that differs, or "
+            "say nothing of it"
+        )
+    if not found.converged:
+        notes.append(
+            "least squares did not come to their end; more of them may fit better "
+            "(--fit.evaluation-limit)"
+        )
+    return notes

@@ -31,7 +31,7 @@ class MeshSettings(Checked):
     """Shapes of the parts and how finely they are meshed, or a mesh file to read."""
 
     file: Path | None = None
-    """A mesh file of your own to read (gmsh, VTK, ...); the shapes below have no effect then."""
+    """A mesh file of your own to read (gmsh, VTK, ...), instead of the shapes below."""
     regions: tuple[str, ...] = ()
     """For a file whose regions have numbers instead of names: their names, such as 1=cavity
     2=sheet."""
@@ -54,6 +54,20 @@ class MeshSettings(Checked):
     disk: DiskShape = field(default_factory=DiskShape)
     leg_mesher: MesherSettings = field(default_factory=MesherSettings)
     disk_mesher: MesherSettings = field(default_factory=lambda: MesherSettings(size_mm=20.0))
+
+    def refuse_unused(self) -> None:
+        """Refuse a shape beside a file.
+
+        Raises:
+            ValueError: There is one.
+        """
+        shapes = {"leg": self.leg != PneuNetShape(), "disk": self.disk != DiskShape()}
+        for name, given in shapes.items():
+            if given and self.file is not None:
+                raise ValueError(
+                    f"a shape of the {name} has no effect on the mesh of {self.file}, expected "
+                    f"either the file or --{name}.*"
+                )
 
 
 MEASURED_LEG: dict[str, Any] = {
@@ -97,11 +111,12 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         folder: Receives the mesh.
 
     Raises:
-        ValueError: A shape that cannot be, a region that is no NUMBER=NAME, or a mesh that cannot
-            be computed with.
+        ValueError: A shape that cannot be, or that is given beside a file, a region that is no
+            NUMBER=NAME, or a mesh that cannot be computed with.
         FileNotFoundError: No such mesh file.
     """
     start = time.monotonic()
+    settings.refuse_unused()
     mesh = _made(part, settings)
     if settings.quadratic:
         mesh = quadratic_mesh(mesh)

@@ -18,7 +18,7 @@ from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.marker_track import VideoSettings
-from pneumorph.hardware.trial import Trial, read_trial, trial_folders
+from pneumorph.hardware.trial import Trial, read_trials, trial_folders
 from pneumorph.hardware.trial_comparison import (
     LEAST_SIMULATED,
     TrialComparison,
@@ -33,6 +33,9 @@ from pneumorph.robot.design import Design
 from pneumorph.study.deployed_gait import SCHEDULE_FILE
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_walk import Model, recorded_walk
+
+SAME_LINE = 1e-3
+"""Calibrations whose lines differ by a smaller share convert pressures alike, to 0.1 kPa."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +163,7 @@ def transfer(
         folder: Receives ``simulated_LABEL.npz`` and ``comparison.json``.
 
     Raises:
-        FileNotFoundError: A deployment has no trials, or a trial no track.
+        FileNotFoundError: A deployment has no trials, or one that was not stopped no track.
         ValueError: There are no runs, one is a bend test, or a label is none or not the only one.
     """
     start = time.monotonic()
@@ -171,6 +174,9 @@ def transfer(
         _Deployed.read(label, run, settings, notes) for label, run in labelled_runs(runs).items()
     ]
     goal = _goal(deployed, notes)
+    model = spec.describe(reduced=settings.model == "reduced")
+    for each in deployed:
+        notes += each.other_pressures(model["calibration"])
     compared: list[TrialComparison] = []
     for number, each in enumerate(deployed, start=1):
         folder.progress.stage(f"simulating {each.label} ({number} of {len(runs)})")
@@ -208,7 +214,7 @@ def transfer(
         step_s=settings.step_s,
         cycle_s=settings.cycle_s,
         robots=robots,
-        **spec.describe(reduced=settings.model == "reduced"),
+        **model,
         wall_s=time.monotonic() - start,
         goal=goal,
         simulated_achieved=last.simulated_achieved,
@@ -261,15 +267,33 @@ class _Deployed:
         gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
         if "design" not in comments:
             raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
-        trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
-        trials, told = whole_trials(label, trials, gait.duration_s, settings.step_s)
-        notes += told
+        tracked, unseen = read_trials(run, settings.video)
+        if unseen:
+            notes.append(f"{label}: {', '.join(unseen)}: stopped, and without a track; left out")
+        trials, told = whole_trials(label, tracked, gait.duration_s, settings.step_s)
+        notes += [*told, *lost_notes(label, trials)]
         check_length(label, gait.duration_s, trials, settings.step_s)
         return cls(label, run, gait, Design.parse(comments["design"]), trials)
 
     def goal(self) -> Goal | None:
         """What it was taught; None where no summary says so."""
         return FinishedRun.read(self.run).goal if (self.run / SUMMARY).is_file() else None
+
+    def other_pressures(self, ours: UsedCalibration) -> list[str]:
+        """What to tell where its commands were made for a robot whose pressures do otherwise."""
+        theirs = FinishedRun.read(self.run).calibration if (self.run / SUMMARY).is_file() else None
+        if theirs is None or theirs.digest is None:
+            return []  # commanded as the gait has them
+        lines = [(each.slope, each.intercept_kPa) for each in (theirs, ours)]
+        if np.allclose(lines[0], lines[1], rtol=SAME_LINE):
+            return []
+        (slope, intercept), (our_slope, our_intercept) = lines
+        return [
+            f"{self.label} was deployed with {theirs.file} (slope {slope:.4g}, intercept "
+            f"{intercept:.4g} kPa), for which its pressures were converted, and is simulated with "
+            f"{ours.file} ({our_slope:.4g}, {our_intercept:.4g} kPa): these are not the commands "
+            f"that the simulation should have; --calibration {theirs.file} simulates it as deployed"
+        ]
 
     def tells_of(self, goal: Goal) -> bool:
         """Whether all tracks tell what of a goal was achieved."""
@@ -314,33 +338,49 @@ def _robot(
 def whole_trials(
     label: str, trials: Sequence[Trial], duration_s: float, step_s: float
 ) -> tuple[tuple[Trial, ...], list[str]]:
-    """Leave out trials whose tracks begin late or end early, where others do not: the shortest
-    decides how much of the others counts, and what came before its begin is not known.
+    """Leave out trials that were stopped, or whose tracks begin late or end early, where others do
+    not: the shortest decides how much of the others counts, and what came before its begin is not
+    known.
 
     Args:
         label: Name of the robot.
         trials: Its trials.
         duration_s: Length of the gait [s].
-        step_s: How much of it a track may miss at most, a step [s].
+        step_s: How much of it a trial may miss at most, a step [s].
 
     Returns:
         Those to compare, and what to tell.
     """
     short = [
-        each
-        for each in trials
-        if each.track.time_s[-1] < duration_s - step_s or each.track.time_s[0] > step_s
+        each for each in trials if each.end_s < duration_s - step_s or each.track.time_s[0] > step_s
     ]
     if not short:
         return tuple(trials), []
     told = ", ".join(
-        f"{each.name} from {max(each.track.time_s[0], 0.0):.2f} to {each.track.time_s[-1]:.2f} s"
+        f"{each.name} from {max(each.track.time_s[0], 0.0):.2f} to {each.end_s:.2f} s"
+        + (" (stopped)" if each.pressures.stopped else "")
         for each in short
     )
-    ended = f"{label}: of a gait of {duration_s:g} s tracks tell of a part: {told}"
+    ended = f"{label}: of a gait of {duration_s:g} s trials tell of a part: {told}"
     if len(short) == len(trials):
         return tuple(trials), [f"{ended}; what all have in common is compared"]
     return tuple(each for each in trials if each not in short), [f"{ended}; left out"]
+
+
+def lost_notes(label: str, trials: Sequence[Trial]) -> list[str]:
+    """What to tell of markers that were not seen for a while: straight lines are compared there."""
+    told = [
+        f"{each.name} from {begin_s:.2f} to {end_s:.2f} s"
+        for each in trials
+        for begin_s, end_s in each.track.lost()
+        if end_s > 0.0 and begin_s < each.end_s
+    ]
+    if not told:
+        return []
+    return [
+        f"{label}: the marker was not seen in {', '.join(told)}: the path is taken for a straight "
+        "line there, so rewards of those steps and the slides back are not known"
+    ]
 
 
 def _trajectory_file(label: str) -> str:

@@ -17,7 +17,7 @@ from pneumorph.cli import run
 from pneumorph.command.deploy import DeployOptions
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.bend_staircase import BendTestSettings
-from pneumorph.hardware.marker_track import read_track
+from pneumorph.hardware.marker_track import MarkerTrack, read_track, write_track
 from pneumorph.hardware.parameter_fit import ParameterFitSettings
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
@@ -75,6 +75,8 @@ def test_deploy_and_transfer_on_the_virtual_rig(
         [trial["distance_cm"] for trial in deployed["trials"]], abs=0.05
     )
     assert compared["calibration"]["file"] == "the published line"
+    # Which the calibration's is: it walks next to nowhere, and that is all there is to note.
+    assert ["no ratio to so little" in note for note in compared["notes"]] == [True]
     assert len(robot["mean_reward_per_step_cm"]) == 2
     for figure in compared["figures"]:
         assert Path(figure).stat().st_size > 5000
@@ -82,6 +84,29 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     assert run(other.split()) == 0
     said = "deployed in the published physics and is simulated in the measured one"
     assert said in capsys.readouterr().err
+    notes = json.loads((tmp_path / "other" / "summary.json").read_text())["notes"]
+    assert said in notes[0]
+    assert f"B was deployed with {calibration} (slope 4.079, intercept -20.36 kPa)" in notes[1]
+
+
+def test_a_fit_of_trials_of_something_else_is_no_calibration(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of a camera that stood on its head."""
+    out = tmp_path / "B"
+    asked = f"deploy --physics published --model reduced {SHORT} --trials 1 --out {out}"
+    assert run(asked.split()) == 0
+    file = out / "trial_1" / "track.csv"
+    seen = read_track(file)
+    write_track(file, MarkerTrack(seen.time_s, -seen.position_mm))
+    told = _refused(
+        f"calibrate --physics published --trials {out} --fit.names friction "
+        f"--fit.search-count 1 --fit.evaluation-limit 1 --out {tmp_path / 'c'}",
+        capsys,
+    )
+    assert re.search(r"r_squared is -?\d\.\d\d, expected 0\.5 or more", told)
+    assert "--video.heading-deg" in told
+    assert not (tmp_path / "c").exists()
 
 
 def test_pages_read_another_program_s_track_as_transfer_did(
@@ -145,12 +170,15 @@ def test_parameters_are_fitted_to_trials(
         f"--fit.search-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
         capsys,
     )
+    said = " ".join(fitted["fit"]["trajectories"]["notes"])
     assert fitted["slope"] == pytest.approx(4.0785, abs=1e-4)  # kept from the file
     low, high = fitted["confidence_intervals_95"]["friction"]
     assert low < fitted["friction"] < high
     assert fitted["modulus_factor"] is None
     quality = fitted["fit"]["trajectories"]
     assert quality["rms_mm"] <= quality["start_rms_mm"]
+    assert quality["r_squared"] > 0.5
+    assert quality["notes"] == [] if quality["converged"] else "come to their end" in said
     source = json.loads((tmp_path / "c" / "calibration.json").read_text())["source"]
     assert source["trajectories"]["trials"] == ["trial_1"]
     assert (tmp_path / "c" / "path_fit.png").stat().st_size > 1000

@@ -179,7 +179,10 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     assert run(f"transfer {unknown} {other} {out} --out {among}".split()) == 0
     told = _summary(among)
     assert told["goal"]["name"] == "turn_left"
-    taught = [each.split(" was taught")[0] for each in told["notes"] if "no ratio" not in each]
+    # They were deployed in the published physics, as those know that have a summary.
+    *physics, unknown_note, other_note = (each for each in told["notes"] if "no ratio" not in each)
+    assert [each.split(" was deployed")[0] for each in physics] == [str(other), str(out)]
+    taught = [each.split(" was taught")[0] for each in (unknown_note, other_note)]
     assert taught == ["what unknown", "other"]
     shares = told["robots"][2]["distance_over_first"]
     assert shares == pytest.approx({"simulated": 1.0, "measured": 1.0})
@@ -187,7 +190,9 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     assert run(f"transfer {out} --out {tmp_path / 'one_marker'}".split()) == 0
     blind = _summary(tmp_path / "one_marker")
     assert blind["goal"]["name"] == "forward"
-    assert "do not tell it: distances forward are compared" in blind["notes"][0]
+    physics_note, blind_note = (each for each in blind["notes"] if "no ratio" not in each)
+    assert "was deployed in the published physics" in physics_note
+    assert "do not tell it: distances forward are compared" in blind_note
     policy = learned / "training" / "policy.npz"
     asked = f"deploy {policy} --design {found['design']} --trials 1 --model reduced --dry-run"
     assert run([*asked.split(), "--out", str(tmp_path / "policy")]) == 0

@@ -100,6 +100,36 @@ def test_a_good_end_vents_once(tmp_path: Path) -> None:
     assert wire.told.count("vent") == 1
 
 
+class _SleptClock(_Clock):
+    """Goes on while the computer sleeps for a second, in the middle of a wait."""
+
+    def __init__(self, wire: _Wire) -> None:
+        super().__init__()
+        self._wire = wire
+        self.told_before: int | None = None
+
+    def wait_until(self, time_s: float) -> None:
+        super().wait_until(time_s)
+        if time_s > 0.5 and self.told_before is None:
+            self.time_s += 1.0
+            self.told_before = len(self._wire.told)
+
+
+def test_after_a_sleep_nothing_is_commanded_but_zero(tmp_path: Path) -> None:
+    """The gait has gone on by a second, and nobody has looked at the sensors meanwhile."""
+    wire = _Wire()
+    clock = _SleptClock(wire)
+    with DeploymentLog(tmp_path / "log.csv", 3) as written:
+        report = deploy(plan_schedule(GAIT, RIG), wire, RIG, written, clock)
+    assert not report.completed
+    assert report.vented
+    assert "no sample was taken for 1." in report.reason
+    assert "busy or asleep" in report.reason
+    assert clock.told_before is not None
+    assert wire.told[clock.told_before] == "vent"
+    assert "command" not in wire.told[clock.told_before :]
+
+
 def test_after_a_fault_zero_is_proven_on_a_new_connection(tmp_path: Path) -> None:
     """The zero that the old connection took may have gone into a dead wire."""
     wire = _Wire(_lost)

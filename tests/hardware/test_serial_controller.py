@@ -8,14 +8,17 @@ import select
 import termios
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from pneumorph.hardware.analog_rig import AnalogRig
 from pneumorph.hardware.driver import DriverError
-from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.rig import Channel, RigSettings
 from pneumorph.hardware.serial_controller import SerialController
 from pneumorph.hardware.serial_line import SerialLine
+from pneumorph.hardware.watch import PressureWatch
 
 pytest.importorskip("serial")
 
@@ -89,6 +92,43 @@ def test_commands_and_readings(controller: _Controller) -> None:
     driver.vent()
     assert controller.vented.wait(1.0)
     driver.close()
+
+
+ONE_IS_BLIND = (Channel(), Channel(has_sensor=False), Channel())
+
+
+def test_what_a_channel_without_a_sensor_answers_is_not_looked_at(controller: _Controller) -> None:
+    """Nothing is connected to its input, which has any voltage."""
+    rig = RigSettings(driver="serial", resource=controller.port, channels=ONE_IS_BLIND)
+    driver = SerialController(rig)
+    driver.open()
+    commanded = np.array([12.5, 30.0, 45.0])
+    driver.command(commanded)
+    assert controller.pressure == "12.50,30.00,45.00"
+    watch = PressureWatch(rig)
+    for number, absurd in enumerate(("9999.00", "-273.00", "inf", "nan")):
+        controller.pressure = f"12.5{number},{absurd},45.0{number}"
+        sensed = driver.sense()
+        np.testing.assert_array_equal(sensed, [12.5 + 0.01 * number, np.nan, 45 + 0.01 * number])
+        assert watch.fault(0.1 * number, commanded, sensed) is None
+    driver.confirm()
+    # The same number of a channel with a sensor is a fault.
+    controller.pressure = "12.50,0.00,9999.00"
+    assert "channel 3 senses 9999.0 kPa" in (watch.fault(0.4, commanded, driver.sense()) or "")
+    driver.close()
+
+
+def test_a_voltage_without_a_sensor_is_no_pressure(controller: _Controller) -> None:
+    """The ADC of the paper's rig answers "?" with three voltages, of 10, some and 45 kPa."""
+    pytest.importorskip("pyvisa_py")
+    controller.greeting = "1.40,9.99,2.80"
+    rig = RigSettings(
+        driver="9129b", resource="TCPIP::x", adc_port=controller.port, channels=ONE_IS_BLIND
+    )
+    driver = AnalogRig(rig)
+    np.testing.assert_allclose(driver.sense(), [10.0, np.nan, 45.0], rtol=1e-12)
+    driver.close()
+    assert np.isnan(AnalogRig(replace(rig, adc_port="")).sense()).all()
 
 
 def test_a_board_that_its_port_s_opening_resets_is_waited_for() -> None:

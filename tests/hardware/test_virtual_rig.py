@@ -29,7 +29,7 @@ from pneumorph.hardware.deployment_log import DeploymentLog, read_log
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.parameter_fit import ParameterFitSettings, fit_parameters
-from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.rig import Channel, RigSettings
 from pneumorph.hardware.schedule import plan_schedule
 from pneumorph.hardware.trial import Trial
 from pneumorph.hardware.virtual_rig import (
@@ -203,6 +203,13 @@ def test_noise_and_quantisation_are_those_asked_for() -> None:
     np.testing.assert_allclose(readings / 0.25, np.round(readings / 0.25))
     # Rounding adds resolution^2 / 12 to the variance; 6000 readings know it to some percent.
     assert readings.std() == pytest.approx(np.sqrt(0.25 + 0.25**2 / 12), rel=0.05)
+
+
+def test_a_channel_of_the_virtual_rig_may_lack_a_sensor() -> None:
+    rig = RigSettings(channels=(Channel(), Channel(has_sensor=False), Channel()))
+    virtual = VirtualReality(paper_robot("published"), VirtualRigSettings(), "reduced")
+    sensed = virtual.rig(Design.parse("1.0.0.2.2.0.0.1"), rig, 1).sense()
+    assert np.isnan(sensed).tolist() == [False, True, False]
 
 
 def test_hard_limits_hold_on_the_virtual_rig() -> None:

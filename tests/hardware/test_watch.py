@@ -255,3 +255,16 @@ def test_samples_that_come_late_stop_the_run() -> None:
     found = watch.fault(2.6, np.zeros(1), np.zeros(1))
     assert found is not None
     assert "no sample was taken for 1.00 s, expected one within 0.9 s" in found
+
+
+def test_it_is_told_before_a_command_that_the_last_sample_is_too_old() -> None:
+    """Asking changes nothing: the sample that is taken then is late as well."""
+    watch = PressureWatch(RIG)
+    assert watch.late(5.0) is None  # there was none yet
+    assert watch.fault(5.0, np.zeros(1), np.zeros(1)) is None
+    assert watch.late(5.89) is None
+    told = "no sample was taken for 0.91 s, expected one within 0.9 s"
+    for _ in range(2):
+        assert told in (watch.late(5.91) or "")
+    assert told in (watch.fault(5.91, np.zeros(1), np.zeros(1)) or "")
+    assert watch.late(5.92) is None

@@ -12,6 +12,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.deployment import deploy
 from pneumorph.study import deployed_gait
 from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
@@ -88,3 +89,20 @@ def test_a_rig_of_another_number_of_channels_is_told_before_anything_is_written(
     said = capsys.readouterr().err
     assert "2 channels, expected 3: a 9129B has that many outputs" in said
     assert not (tmp_path / "d").exists()
+
+
+@pytest.mark.parametrize(
+    ("driver", "ignored", "used"),
+    [
+        ("serial", {"bends": BendTestSettings(repeats=5)}, {"trials": 2}),
+        ("virtual", {"trials": 2}, {"bends": BendTestSettings(repeats=5)}),
+    ],
+)
+def test_what_a_bend_test_would_ignore_is_refused(
+    driver: str, ignored: dict[str, Any], used: dict[str, Any]
+) -> None:
+    """On a real rig a person reads each bend, a virtual one is bent once."""
+    rig = Path("rig.toml")
+    DeploymentSettings(bend_test=True, rig=rig, **used).refuse_unused(driver)
+    with pytest.raises(ValueError, match=r"is given, expected it .* it would be ignored"):
+        DeploymentSettings(bend_test=True, rig=rig, **ignored).refuse_unused(driver)
