@@ -39,6 +39,9 @@ POLICY_FILE = "policy.npz"
 GAIT_FOLDER = "gaits"
 _NARROW_ENOUGH = 1.0
 """Entropy above its schedule that goes without a word [nat]: some three times as many designs."""
+_MADE_ANEW = ("learning_leg", "learning_points")
+"""What checkpoints of an earlier version kept of the legs that robots learn on. They follow from
+the legs and the settings, but for how a processor rounds: another one could not go on."""
 
 
 def learn_in_folder(
@@ -199,7 +202,12 @@ def _refuse_changes(
     with reading(checkpoint.path, KIND):
         theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
     apart = differences(settings_to_dict(theirs), settings_to_dict(settings))
-    for name, before, now in differences(checkpoint.metadata["provenance"], _as_json(provenance)):
+    kept = {
+        name: value
+        for name, value in checkpoint.metadata["provenance"].items()
+        if name not in _MADE_ANEW
+    }
+    for name, before, now in differences(kept, _as_json(provenance)):
         apart.append((current_setting(name), before, now))
     changed = [f"{name} {before!r}, now {now!r}" for name, before, now in apart]
     if changed:

@@ -7,7 +7,7 @@ Here each design has a score of its own; of spaces that are too large for that s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,6 +138,37 @@ def require_finite(values: np.ndarray, name: str) -> None:
         raise ValueError(f"{name}[{place}] is {values[place]}, expected finite {name} in cm")
 
 
+def mean_fall_cm(before: np.ndarray, after: np.ndarray, among: np.ndarray) -> float:
+    """By how much scores fell in the mean [cm]; 0 where there are none.
+
+    Args:
+        before: Scores of designs [cm], (design,).
+        after: Their scores now [cm], (design,).
+        among: Which of them are looked at, (design,) bool.
+    """
+    return float(np.mean(before[among] - after[among])) if among.any() else 0.0
+
+
+def by_turns(count: int, orders: Iterable[Iterable[int]], twin: Callable[[int], int]) -> np.ndarray:
+    """The first designs of several orders, one of each by turns, at most (count,).
+
+    Args:
+        count: How many.
+        orders: Indices of designs, the best first.
+        twin: Gives the same index of two designs that count as one.
+    """
+    found: dict[int, int] = {}
+    queues = [iter(each) for each in orders]
+    while queues and len(found) < count:
+        queue = queues.pop(0)
+        for design in queue:
+            if twin(design) not in found:
+                found[twin(design)] = design
+                queues.append(queue)
+                break
+    return np.array(list(found.values()), dtype=np.int64)
+
+
 class DesignDistribution:
     """Which designs to try next, given the newest return of each.
 
@@ -147,6 +178,7 @@ class DesignDistribution:
         probabilities: shape (design,).
         failing: Designs whose newest episode failed, (design,) bool.
         walked: Designs that walked, (design,) bool.
+        nominal: Those of them whose newest score is of a single world, (design,) bool.
     """
 
     def __init__(
@@ -169,6 +201,7 @@ class DesignDistribution:
         self.scores = np.full(design_count, schedule.initial_score_cm)
         self.failing = np.zeros(design_count, dtype=bool)
         self.walked = np.zeros(design_count, dtype=bool)
+        self.nominal = np.zeros(design_count, dtype=bool)
         self._untried_cm = schedule.initial_score_cm
         self.inverse_temperature = 0.0
         self.probabilities = gibbs(self.scores, 0.0)
@@ -213,7 +246,8 @@ class DesignDistribution:
         Raises:
             ValueError: A score is not finite.
         """
-        self.take_round(designs, scores, np.zeros(len(designs), dtype=bool), images)
+        none = np.zeros(len(designs), dtype=bool)
+        self.take_round(designs, scores, none, images, in_worlds=True)
 
     def take_round(
         self,
@@ -221,21 +255,31 @@ class DesignDistribution:
         scores: np.ndarray,
         failing: np.ndarray,
         images: np.ndarray | None = None,
+        in_worlds: bool = False,
     ) -> None:
         """Replace the scores of a round's designs.
+
+        What a design did in a single world is no measure of what it does in several, where a sure
+        one counts. So scores of single worlds fall, all of them, by as much as those fall in the
+        mean whose designs walk in several for the first time: their order stays.
 
         Args:
             designs: Indices of the designs, (n,).
             scores: Their scores [cm], (n,).
             failing: Whether any of a design's simulations failed, (n,) bool.
             images: Indices of the mirror images that the scores count for as well, (n,).
+            in_worlds: Whether each score is of several worlds.
 
         Raises:
             ValueError: A score is not finite.
         """
+        if in_worlds:
+            first = self.nominal[designs]
+            self.scores[self.nominal] -= mean_fall_cm(self.scores[designs], scores, first)
         for each in (designs,) if images is None else (images, designs):
             self.record(each, scores)
             self.failing[each] = failing
+            self.nominal[each] = not in_worlds
         self._expect_no_more_of_untried()
 
     def _expect_no_more_of_untried(self) -> None:
@@ -267,21 +311,28 @@ class DesignDistribution:
         count: int,
         value: Callable[[np.ndarray], np.ndarray] | None,
         rng: np.random.Generator,
+        known: Iterable[int] = (),
     ) -> np.ndarray:
-        """Indices of the designs of highest score, at most (count,), the highest first; one of
-        those that count as one.
+        """Indices of designs that may be the best, at most (count,); one of those that count as
+        one.
+
+        By turns the best by their newest score, by what is expected of them, and of those that
+        were known: a score may be of a policy that knew little, or of unlucky worlds, and what is
+        expected of a design is not what it does.
 
         Args:
             count: How many.
-            value: What the critic expects of designs by their indices; the scores tell here.
+            value: What the critic expects of designs by their indices; None does not ask.
             rng: Draws nothing here: all designs are compared.
+            known: Designs that were good in an earlier beginning, the best first.
         """
-        found: dict[int, int] = {}
-        for design in np.argsort(-self.scores, kind="stable").tolist():
-            found.setdefault(self._twin(design), design)
-            if len(found) == count:
-                break
-        return np.array(list(found.values()), dtype=np.int64)
+        orders = [-self.scores]
+        if value is not None:
+            # The critic learns from the steps before a failure, and knows nothing of it.
+            expected = np.where(self.failing, -np.inf, value(np.arange(len(self.scores))))
+            orders.append(-expected)
+        best = [np.argsort(each, kind="stable").tolist() for each in orders]
+        return by_turns(count, [*best, known], self._twin)
 
     def said(self) -> dict[str, float | list[float]]:
         """What metrics say of the scores."""
@@ -297,6 +348,7 @@ class DesignDistribution:
             "scores": self.scores,
             "failing": self.failing,
             "walked": self.walked,
+            "nominal": self.nominal,
             "untried_cm": np.array(self._untried_cm),
             "inverse_temperature": np.array(self.inverse_temperature),
         }
@@ -313,14 +365,16 @@ class DesignDistribution:
         failing = np.array(arrays.get("failing", np.zeros(scores.shape)), dtype=bool)
         untried_cm = float(arrays.get("untried_cm", self.schedule.initial_score_cm))
         walked = np.array(arrays.get("walked", scores != untried_cm), dtype=bool)
-        for name, values in (("scores", scores), ("failing", failing), ("walked", walked)):
+        nominal = np.array(arrays.get("nominal", np.zeros(scores.shape)), dtype=bool)
+        told = {"scores": scores, "failing": failing, "walked": walked, "nominal": nominal}
+        for name, values in told.items():
             if values.shape != self.scores.shape:
                 raise ValueError(
                     f"{name} has shape {values.shape}, expected {self.scores.shape}; the "
                     "distribution was that of other designs"
                 )
         self.scores, self.failing = scores, failing
-        self.walked, self._untried_cm = walked, untried_cm
+        self.walked, self.nominal, self._untried_cm = walked, nominal, untried_cm
         self.set_inverse_temperature(float(arrays["inverse_temperature"]))
 
     def raise_scores(self, expected: np.ndarray) -> None:

@@ -20,13 +20,19 @@ that changes the entropy by no more than the logarithm of the number of images.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, Positive
-from pneumorph.learn.design_distribution import EntropySchedule, matching, require_finite
+from pneumorph.learn.design_distribution import (
+    EntropySchedule,
+    by_turns,
+    matching,
+    mean_fall_cm,
+    require_finite,
+)
 from pneumorph.learn.metrics import score_histogram
 from pneumorph.robot.choice_paths import WeighedPaths
 from pneumorph.robot.design_space import DesignSpace
@@ -55,6 +61,7 @@ class FactoredDistribution:
         weights_cm: What each option adds to a score [cm], locations one after another, (option,).
         inverse_temperature: beta [1/cm].
         seen: Newest score [cm] of the designs that walked, and whether it failed, by index.
+        nominal: Those of them whose newest score is of a single world.
     """
 
     def __init__(
@@ -83,6 +90,7 @@ class FactoredDistribution:
         self._level_cm = schedule.initial_score_cm
         self._newest_cm = np.zeros(0)
         self.seen: dict[int, tuple[float, bool]] = {}
+        self.nominal: set[int] = set()
         self.set_inverse_temperature(0.0)
 
     @property
@@ -128,21 +136,28 @@ class FactoredDistribution:
         scores: np.ndarray,
         failing: np.ndarray,
         images: np.ndarray | None = None,
+        in_worlds: bool = False,
     ) -> None:
-        """Take up the scores of a round's designs.
+        """Take up the scores of a round's designs. Scores of single worlds fall where their designs
+        walk in several, as with `DesignDistribution.take_round`.
 
         Args:
             designs: Indices of the designs, (n,).
             scores: Their scores [cm], (n,).
             failing: Whether any of a design's simulations failed, (n,) bool.
             images: Indices of the mirror images that the scores count for as well, (n,).
+            in_worlds: Whether each score is of several worlds.
 
         Raises:
             ValueError: A score is not finite.
         """
         require_finite(scores, "scores")
+        if in_worlds:
+            self._lower_nominal(designs, scores)
         for design, score, failed in zip(designs, scores, failing, strict=True):
             self.seen[int(design)] = (float(score), bool(failed))
+        walked = {int(design) for design in designs}
+        self.nominal = self.nominal - walked if in_worlds else self.nominal | walked
         kept = np.exp(-1.0 / self._settings.remembered_rounds)
         self._normal *= kept
         self._moment *= kept
@@ -216,32 +231,25 @@ class FactoredDistribution:
         count: int,
         value: Callable[[np.ndarray], np.ndarray] | None,
         rng: np.random.Generator,
+        known: Iterable[int] = (),
     ) -> np.ndarray:
         """Indices of designs that may be the best, at most (count,); one of mirror images.
 
-        By turns the best of those that walked, by their newest score, and the best of those drawn
-        from the distribution, by what is expected of them: the newest score of a design may be of
-        a policy that knew little, and what is expected of one is not what it does.
+        By turns the best of those that walked, by their newest score, the best of those drawn from
+        the distribution, by what is expected of them, and of those that were known, for the reasons
+        of `DesignDistribution.candidates`.
 
         Args:
             count: How many.
             value: What the critic expects of designs by their indices; None asks the weights.
             rng: Draws the designs.
+            known: Designs that were good in an earlier beginning, the best first.
         """
         walked = sorted(self.seen, key=lambda design: -self.seen[design][0])
         drawn = np.unique(self.sample(max(count, self._settings.drawn_designs), rng))
         order = np.argsort(-(value or self.scores_cm)(drawn), kind="stable")
-        found: dict[int, int] = {}
-        queues = [iter(walked), iter(drawn[order].tolist())]
-        while queues and len(found) < count:
-            queue = queues.pop(0)
-            for design in queue:
-                twin = self._space.twin(design) if self._mirrored else design
-                if twin not in found:
-                    found[twin] = design
-                    queues.append(queue)
-                    break
-        return np.array(list(found.values()), dtype=np.int64)
+        twin = self._space.twin if self._mirrored else int
+        return by_turns(count, [walked, drawn[order].tolist(), known], twin)
 
     def said(self) -> dict[str, float | list[float]]:
         """What metrics say of the scores: in the histogram, the designs of the newest round stand
@@ -266,6 +274,7 @@ class FactoredDistribution:
             "seen": np.array(list(self.seen), dtype=np.int64),
             "seen_cm": np.array([score for score, _ in scores]),
             "failing": np.array([failed for _, failed in scores], dtype=bool),
+            "nominal": np.array(sorted(self.nominal), dtype=np.int64),
             "inverse_temperature": np.array(self.inverse_temperature),
         }
 
@@ -280,7 +289,16 @@ class FactoredDistribution:
             int(design): (float(score), bool(failed))
             for design, score, failed in zip(*(arrays[name] for name in names), strict=True)
         }
+        self.nominal = {int(each) for each in arrays.get("nominal", ())}
         self.set_inverse_temperature(float(arrays["inverse_temperature"]))
+
+    def _lower_nominal(self, designs: np.ndarray, scores: np.ndarray) -> None:
+        before = np.array([self.seen.get(int(each), (0.0, False))[0] for each in designs])
+        first = np.array([int(each) in self.nominal for each in designs], dtype=bool)
+        fall_cm = mean_fall_cm(before, scores, first)
+        for design in self.nominal:
+            score, failed = self.seen[design]
+            self.seen[design] = (score - fall_cm, failed)
 
     def _weighed_at(self, beta: float) -> WeighedPaths:
         return WeighedPaths(self._space.paths, np.split(beta * self.weights_cm, self._splits))

@@ -50,6 +50,10 @@ class Pool:
                 design = int(self._twins.once(np.array([design]))[0])
             self.scores_cm[design] = max(pair.score_cm, self.scores_cm.get(design, -np.inf))
 
+    def best(self) -> list[int]:
+        """Indices of the designs that were evaluated, the best first."""
+        return sorted(self.scores_cm, key=lambda design: -self.scores_cm[design])
+
     def tell(self, distribution: DesignDistribution | FactoredDistribution) -> None:
         """Let a distribution over designs begin with the scores."""
         if self.scores_cm:

@@ -22,6 +22,8 @@ class ScoredRound:
     """(design,)"""
     failing: np.ndarray
     """Whether any of a design's simulations failed, (design,)."""
+    in_worlds: bool
+    """Whether each is of several worlds."""
     metrics: dict[str, float]
     """Mean score and standard error, where designs walk in several worlds."""
 
@@ -76,7 +78,7 @@ class RoundScores:
             scores = self.level.centred(scores, ~failing & ~said)
         # A hard round's shift is no merit of a design that failed in each of its worlds.
         scores = np.where(lost, np.minimum(scores, 0.0), scores)
-        return ScoredRound(designs, scores, failing, self._metrics(by_world))
+        return ScoredRound(designs, scores, failing, in_worlds, self._metrics(by_world))
 
     def _once(self, designs: np.ndarray) -> np.ndarray:
         """Of each design and its image, where that counts for it, one."""

@@ -126,7 +126,9 @@ class CooptSettings(Checked):
     evaluation_interval_timesteps: CountOrNone = 0
     """Timesteps between deterministic evaluations; 0 for a single one at the end."""
     evaluated_design_count: Count = 96
-    """Number of top-scoring designs that an evaluation walks with the deterministic policy."""
+    """Number of designs that an evaluation walks with the deterministic policy: by turns those of
+    the highest scores, those that the critic expects most of, and, where a beginning learns from
+    earlier ones, the best of theirs."""
     shortlist_count: CountOrNone = 0
     """Number of these that walk in all worlds of an evaluation, where designs walk in several:
     first all walk in a quarter of them, at least as many as each design has in a round, as robots

@@ -27,6 +27,7 @@ from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.pool import Pool
+from pneumorph.learn.round_scores import ScoredRound
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.transitions import Transitions, check_mirrored, last_observation
@@ -188,7 +189,7 @@ class Training:
         # How hard the round was, designs that were drawn say.
         apart = {pair.design for pair in self.demonstrations} if first else ()
         found = learned.scores.of(designs, returns, failed, apart)
-        self._update_distribution(found.designs, found.scores_cm, found.failing)
+        self._update_distribution(found)
         self.failure_count += int(failed.sum())
         return self._metrics(returns, failed, losses) | found.metrics
 
@@ -303,19 +304,19 @@ class Training:
             if self.best.is_worth_keeping(float(returns[robot]))
         )
 
-    def _update_distribution(
-        self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray
-    ) -> None:
-        """Lines 6 to 9 of algorithm 1, with the scores of a round's designs and whether any of a
-        design's simulations failed, both (design,)."""
+    def _update_distribution(self, found: ScoredRound) -> None:
+        """Lines 6 to 9 of algorithm 1, with the scores of a round's designs."""
+        designs, scores_cm = found.designs, found.scores_cm
         images = None if self._twins is None else self._twins.designs(designs)
-        self.learned.distribution.take_round(designs, returns, failed, images)
+        self.learned.distribution.take_round(
+            designs, scores_cm, found.failing, images, found.in_worlds
+        )
         if (
             self.settings.expected_scores
             and self.learned_timesteps >= self.settings.schedule.decay_start_timestep
         ):
             self.learned.distribution.expect(
-                lambda among: self.expected_returns(designs, returns, among), self.learned.rng
+                lambda among: self.expected_returns(designs, scores_cm, among), self.learned.rng
             )
         self.learned.distribution.follow_schedule(self.learned_timesteps)
 
@@ -377,8 +378,9 @@ class Training:
         }
 
     def evaluate(self, progress: Progress | None = None) -> list[DesignGaitPair]:
-        """Walk the designs of highest score with the deterministic policy and keep good pairs; of a
-        factored distribution, those seen and those drawn from it.
+        """Walk the designs that may be the best with the deterministic policy and keep good pairs:
+        those of the highest scores, those that the critic expects most of, and those that were the
+        best of earlier beginnings where one learns from them.
 
         Returns:
             The pairs walked, the highest score first.
@@ -388,6 +390,7 @@ class Training:
             self._values if self.update_count else None,
             # A stream of its own: a round draws the same whether it was evaluated before.
             np.random.default_rng([self.settings.seed, self.timestep]),
+            self.pool.best() if self.learned.buffer.earlier_count else (),
         )
         if len(designs) > self.settings.ranked_design_count:
             designs = self._shortlisted(designs, progress)

@@ -20,11 +20,7 @@ from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
 from pneumorph.study.finished_run import FinishedRun, Pair
-from pneumorph.study.learning_robots import (
-    learning_and_judged,
-    learning_robots,
-    leg_digests,
-)
+from pneumorph.study.learning_robots import learning_and_judged, learning_robots
 from pneumorph.study.search_findings import FoundPair
 from pneumorph.study.study_once import study_once
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
@@ -129,7 +125,7 @@ def learned_again(
     asked = {
         "coopt": settings,
         "worlds": worlds,
-        **leg_digests(spec, settings),
+        "leg": spec.reduction_digest(),
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
     }

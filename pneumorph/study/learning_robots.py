@@ -109,29 +109,5 @@ def learning_and_judged(
     return make(learning), None if learning is spec else make(spec)
 
 
-def leg_digests(spec: RobotSpec, settings: CooptSettings) -> dict[str, str]:
-    """What tells the legs of a training from others, of robots that learn too where they are other
-    ones, before points are chosen, which takes seconds.
-
-    Args:
-        spec: The robots.
-        settings: Of the training.
-    """
-    learning = _with_fewer_modes(spec, settings)
-    fewer = {} if learning is spec else {"learning_leg": learning.reduction_digest()}
-    return {"leg": spec.reduction_digest(), **fewer}
-
-
-def point_digest(learning: RobotSpec) -> dict[str, str]:
-    """What tells the points that robots learn on from others; nothing where they have all, as
-    trainings of before there were fewer.
-
-    Args:
-        learning: Those that learn.
-    """
-    chosen = any(module.points for module in learning.modules)
-    return {"learning_points": learning.reduction_digest()} if chosen else {}
-
-
 def _with_fewer_modes(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
     return spec.with_fewer_modes(settings.learning_modes if settings.objective.is_robust else 0)

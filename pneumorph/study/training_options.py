@@ -157,7 +157,7 @@ def quick_training() -> TrainingOptions:
     objective = {**_SHORT_OBJECTIVE, "evaluation_worlds": 16}
     changes = {
         "certified_world_count": 48,
-        "coopt": {"objective": objective, "evaluated_design_count": 12},
+        "coopt": {"objective": objective},
         "baseline": {"phase_step_deg": 20.0},
     }
     return measured_training(quick_settings(), changes)
@@ -165,8 +165,7 @@ def quick_training() -> TrainingOptions:
 
 def fast_training() -> TrainingOptions:
     """A search of an hour: twelve short trainings, the best of which is fine-tuned."""
-    learner = {"objective": _SHORT_OBJECTIVE, "evaluated_design_count": 12}
-    return measured_training(restarting_settings(), {"coopt": learner})
+    return measured_training(restarting_settings(), {"coopt": {"objective": _SHORT_OBJECTIVE}})
 
 
 def _of_description(robot: RobotDescription | None) -> dict[str, Any]:

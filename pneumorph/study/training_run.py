@@ -38,12 +38,7 @@ from pneumorph.study.certified_rounds import (
     certify_candidates,
 )
 from pneumorph.study.learned_again import Trained
-from pneumorph.study.learning_robots import (
-    learning_and_judged,
-    learning_robots,
-    leg_digests,
-    point_digest,
-)
+from pneumorph.study.learning_robots import learning_and_judged, learning_robots
 from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_reward, task_name
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
@@ -125,8 +120,7 @@ def run_training(
     shown = digests_of_shown(demonstrations, settings)
     provenance = {
         "simulation": spec.settings,
-        **leg_digests(spec, settings),
-        **point_digest(learning),
+        "leg": spec.reduction_digest(),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers.beside_images import steps_beside_images
 from helpers.lopsided import Lopsided
-from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, make_simulator, toy_settings
+from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, make_simulator, scored, toy_settings
 
 import pneumorph as pm
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
@@ -110,7 +110,7 @@ def test_scores_count_for_the_image_too_unless_a_term_depends_on_the_side(
     own, mirrored = (stored["reward"][stored["design"] == each] for each in (chosen, image))
     assert len(own) == len(mirrored) == 16 * TASK.action_count
     assert (np.abs(own - mirrored).max() > 0.1) == sided
-    training._update_distribution(np.array([chosen]), np.array([3.0]), np.array([False]))
+    training._update_distribution(scored([chosen], [3.0], [False]))
     scores = training.learned.distribution.scores
     assert scores[chosen] == 3.0
     assert scores[image] == (0.0 if sided else 3.0)

@@ -9,6 +9,7 @@ import numpy as np
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.viscous_crawler import ViscousCrawler
 from pneumorph.learn.design_distribution import EntropySchedule
+from pneumorph.learn.round_scores import ScoredRound
 from pneumorph.learn.sac import SacSettings
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
 from pneumorph.robot.design import Design
@@ -85,3 +86,8 @@ class CrawlersInWorlds(ViscousCrawler):
     def set_robots(self, robots: Sequence[Design]) -> None:
         self.walked.append(tuple(robots))
         super().set_robots(robots)
+
+
+def scored(designs: list[int], scores_cm: list[float], failing: list[bool]) -> ScoredRound:
+    """A round of these designs, each in one world."""
+    return ScoredRound(np.array(designs), np.array(scores_cm), np.array(failing), False, {})

@@ -17,7 +17,7 @@ from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import _said, learn_in_folder
+from pneumorph.learn.cooptimise import _said, learn_in_folder, refuse_other_settings
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.policy_file import load_policy
@@ -186,6 +186,16 @@ def test_policy_file_of_other_layers_is_refused(
     path = save_artefact(tmp_path / "policy.npz", "Policy", 1, arrays, metadata)
     with pytest.raises(ArtefactError, match=r"layer_1_weight of shape \(63, 64\), expected"):
         load_policy(path)
+
+
+def test_legs_that_robots_learn_on_may_be_rounded_otherwise(tmp_path: Path) -> None:
+    """An earlier version compared them, and a training could go on on one kind of processor
+    alone: they are made anew at each start, and their last bits are its."""
+    kept = {"leg": "1f", "learning_leg": "a2", "learning_points": "b3"}
+    run(tmp_path, provenance=kept)
+    refuse_other_settings(SETTINGS, tmp_path, {"leg": "1f"})
+    with pytest.raises(ValueError, match=r"trained with other settings \(leg"):
+        refuse_other_settings(SETTINGS, tmp_path, {"leg": "2f"})
 
 
 def test_other_physics_is_not_resumed(tmp_path: Path) -> None:

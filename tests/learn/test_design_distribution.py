@@ -99,6 +99,35 @@ def test_designs_that_never_walked_are_not_preferred_where_all_that_walk_are_pen
     assert (positive.scores[48:] == 0.0).all()
 
 
+def test_scores_of_single_worlds_fall_by_what_those_lose_that_walk_in_several() -> None:
+    """In the nominal world 0 to 3 made 20, 22, 24 and 26 cm. In several 1 and 3 score 8 and 14, so
+    they lost 13 in the mean, as 0 and 2 would. What walked in several worlds stays, and so does
+    what never walked."""
+    distribution = DesignDistribution(7, EntropySchedule(100, 200))
+    first, sound = np.array([0, 1, 2, 3]), np.zeros(4, dtype=bool)
+    distribution.take_round(first, np.array([20.0, 22.0, 24.0, 26.0]), sound)
+    again = DesignDistribution(7, EntropySchedule(100, 200))
+    again.restore(distribution.arrays())
+    for each in (distribution, again):
+        each.know(np.array([4]), np.array([9.0]), None)
+        assert each.scores.tolist() == [20.0, 22.0, 24.0, 26.0, 9.0, 0.0, 0.0]
+        scores = np.array([8.0, 14.0, 6.0, 1.0])
+        each.take_round(np.array([1, 3, 4, 5]), scores, sound, in_worlds=True)
+        assert each.scores.tolist() == [7.0, 8.0, 11.0, 14.0, 6.0, 1.0, 0.0]
+        assert np.flatnonzero(each.nominal).tolist() == [0, 2]
+        # Where none walks in several worlds for the first time there is nothing to learn of it.
+        each.take_round(np.array([1]), np.array([2.0]), sound[:1], in_worlds=True)
+        assert each.scores.tolist() == [7.0, 2.0, 11.0, 14.0, 6.0, 1.0, 0.0]
+
+
+def test_in_rounds_of_single_worlds_the_newest_score_stays_as_it_is() -> None:
+    """As in the published physics, where each design walks in one world throughout."""
+    distribution = DesignDistribution(3, PAPER)
+    for scores in ([4.0, 5.0], [1.0, -2.0]):
+        distribution.take_round(np.array([0, 1]), np.array(scores), np.zeros(2, dtype=bool))
+    assert distribution.scores[:2].tolist() == [1.0, -2.0]
+
+
 def test_samples_have_the_distribution() -> None:
     distribution = DesignDistribution(4, PAPER)
     distribution.scores = np.log(np.array([1.0, 2.0, 3.0, 4.0]))
@@ -130,6 +159,23 @@ def test_candidates_are_the_highest_one_of_images() -> None:
     with_images = DesignDistribution(5, PAPER, twins.__getitem__)
     with_images.record(np.arange(5), scores)
     assert len(with_images.candidates(5, None, rng)) == 3
+
+
+def test_candidates_are_the_best_by_score_by_expectation_and_of_those_known_by_turns() -> None:
+    """A design of an unlucky newest score is one where the critic expects much of it, but not one
+    that failed; and so is one that was good in an earlier beginning."""
+    distribution = DesignDistribution(6, PAPER)
+    failing = np.array([0, 0, 0, 0, 0, 1], dtype=bool)
+    distribution.take_round(np.arange(6), np.array([5.0, 9.0, 1.0, 2.0, 4.0, 0.0]), failing)
+    expected = np.array([0.0, 3.0, 8.0, 2.0, 1.0, 20.0])
+    rng = np.random.default_rng(0)
+
+    def found(count: int, known: tuple[int, ...] = ()) -> list[int]:
+        return distribution.candidates(count, expected.__getitem__, rng, known).tolist()
+
+    assert found(4) == [1, 2, 0, 3]  # of 1, which is the second by expectation, once
+    assert found(3, (4, 3)) == [1, 2, 4]
+    assert sorted(found(9, (4,))) == [0, 1, 2, 3, 4, 5]
 
 
 def test_bad_input_is_refused() -> None:

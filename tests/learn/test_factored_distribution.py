@@ -194,6 +194,22 @@ def test_candidates_are_the_best_seen_and_the_best_drawn_by_turns() -> None:
     assert len({SMALL.twin(int(each)) for each in found}) == 8
 
 
+def test_a_score_of_a_single_world_is_no_reason_to_walk_before_those_of_several() -> None:
+    """As of spaces that are listed: all fall by what those lose that walk in several worlds."""
+    distribution = FactoredDistribution(SMALL, SCHEDULE, mirrored=True)
+    sound = np.zeros(3, dtype=bool)
+    distribution.take_round(np.array([0, 1, 2]), np.array([20.0, 22.0, 24.0]), sound)
+    again = FactoredDistribution(SMALL, SCHEDULE, mirrored=True)
+    again.restore(distribution.arrays())
+    for each in (distribution, again):
+        scores = np.array([8.0, 12.0, 1.0])
+        each.take_round(np.array([1, 2, 3]), scores, sound, in_worlds=True)
+        assert {design: score for design, (score, _) in each.seen.items()} == {
+            0: 7.0, 1: 8.0, 2: 12.0, 3: 1.0
+        }  # fmt: skip
+        assert each.nominal == {0}
+
+
 def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     space = DesignSpace(12, 4, 3, 12)
     assert len(space) > 10**7

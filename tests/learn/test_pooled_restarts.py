@@ -103,6 +103,25 @@ def test_a_pooled_beginning_knows_what_the_best_designs_scored() -> None:
     assert not distribution.walked[untold].any()
 
 
+def test_the_best_of_earlier_beginnings_is_evaluated_after_an_unlucky_round() -> None:
+    """What is known of it is of many worlds without noise, a round of few with it."""
+    training = finished(1, replace(POOLED, evaluated_design_count=3))
+    best = training.pool.best()[0]
+    assert training.pool.scores_cm[best] == max(training.pool.scores_cm.values())
+    training.begin_again()
+    while not training.is_restart_over:
+        training.run_round()
+    twins, unlucky = training._twins, np.array([best])
+    assert twins is not None
+    distribution = training.learned.distribution
+    distribution.take_round(
+        unlucky, np.array([-99.0]), np.zeros(1, dtype=bool), twins.designs(unlucky)
+    )
+    evaluated = np.array([pair.design for pair in training.evaluate()])
+    assert len(evaluated) == 3
+    assert best in twins.once(evaluated)
+
+
 def test_what_a_design_scored_is_its_best_evaluation() -> None:
     training = finished(0)
     pair = max(training.evaluate(), key=lambda each: each.score_cm)

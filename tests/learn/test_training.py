@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers.toy_coopt import SPACE, TASK, best_distances_cm, make_simulator, toy_settings
+from helpers.toy_coopt import SPACE, TASK, best_distances_cm, make_simulator, scored, toy_settings
 
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.gait.walk import walk
@@ -129,7 +129,7 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
     image = int(SPACE.mirror_index[failing])
     (other,) = np.flatnonzero(~np.isin(np.arange(len(SPACE)), [failing, image]))[:1]
     for designs, failed in (([failing, other], [True, False]), ([other, other], [False, False])):
-        training._update_distribution(np.array(designs), np.array([0.0, 1.0]), np.array(failed))
+        training._update_distribution(scored(designs, [0.0, 1.0], failed))
         assert training.learned.distribution.scores[[failing, image]].max() <= 0.0
         assert training.learned.distribution.scores[other] == 50.0
     # Walking again it is a design like any other, and a restored training knows as much.
@@ -137,7 +137,7 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
     again.restore(training.arrays(), training.metadata())
     kept = again.learned.distribution.failing
     np.testing.assert_array_equal(kept, training.learned.distribution.failing)
-    training._update_distribution(np.array([failing]), np.array([2.0]), np.array([False]))
+    training._update_distribution(scored([failing], [2.0], [False]))
     assert training.learned.distribution.scores[[failing, image]].min() == 50.0
 
 

@@ -14,7 +14,7 @@ from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
-from pneumorph.study.learning_robots import learning_robots, point_digest, states_of_modules
+from pneumorph.study.learning_robots import learning_robots, states_of_modules
 from pneumorph.study.training_options import quick_training
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
@@ -82,15 +82,6 @@ def test_where_gaits_count_as_they_are_seen_all_points_stay(
     assert learning_robots(whole, replace(settings, objective=Objective())) is whole
     every = learning_robots(whole, replace(settings, learning_tolerance=0.0))
     assert every.module.points is None
-
-
-def test_a_training_that_goes_on_has_its_points_and_one_of_before_there_were_any_needs_none(
-    whole: RobotSpec, learning: RobotSpec, settings: CooptSettings
-) -> None:
-    assert point_digest(learning) == {"learning_points": learning.reduction_digest()}
-    every = learning_robots(whole, replace(settings, learning_tolerance=0.0))
-    assert every is not whole
-    assert point_digest(every) == {}
 
 
 def test_a_kind_of_leg_has_points_of_its_own_and_one_that_no_robot_has_keeps_all() -> None:
