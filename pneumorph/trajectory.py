@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.base.heading import heading_deg, last_known
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.numbering import check_within
 from pneumorph.geometry.robot_shape import RobotShape
@@ -175,8 +176,9 @@ class Trajectory(ShownInNotebooks):
     @property
     def turned_deg(self) -> Float[np.ndarray, " frame"]:
         """Turn of the hub to the left since the first frame, whole circles counted [degrees]; it
-        turns by less than half a circle from frame to frame."""
-        heading = np.degrees(np.arctan2(self.hub_rotation[:, 1, 0], self.hub_rotation[:, 0, 0]))
+        turns by less than half a circle from frame to frame, and not at all while it is tipped
+        over, see `pneumorph.base.heading`."""
+        heading = last_known(heading_deg(self.hub_rotation))
         turned: np.ndarray = np.unwrap(heading, period=360.0) - heading[0]
         return turned
 

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.part_physics import may_be_measured
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.surfaces import names_of_friction
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import factors_between
 from pneumorph.simulation.randomisation import Randomisation
+
+SAME_SIZE = 0.02
+"""Of its longest side, within which a leg of another mesh is the same leg."""
 
 
 def check_worlds(spec: RobotSpec, drawn: Randomisation) -> None:
@@ -24,8 +30,8 @@ def check_worlds(spec: RobotSpec, drawn: Randomisation) -> None:
     Raises:
         FileNotFoundError: There is no such reduction.
         ArtefactError: It is none.
-        ValueError: It is of another physics or has other cavities than a module, or friction is
-            drawn for a surface that neither modules nor hub have.
+        ValueError: It is of another physics or size or has other cavities than a module, or
+            friction is drawn for a surface that neither modules nor hub have.
     """
     hub = spec.hub.rigid.contact_surfaces
     _check_surfaces(drawn, [hub, *(each.reduced.contact_surfaces for each in spec.modules)])
@@ -51,6 +57,14 @@ def _check_alike(other: ReducedPart, module: Module, what: str) -> None:
         raise ValueError(
             f"{what} has {other.cavity_count} cavities, expected {own.cavity_count} as "
             f"{module.name} has: it stands for the robot's own legs in some worlds"
+        )
+    size = factors_between(other, own)[0]
+    sides, ours = (np.ptp(each.rest_nodes, axis=0) for each in (other, own))
+    if np.abs(size * sides - ours).max() > SAME_SIZE * ours.max():
+        said, expected = (" x ".join(f"{side:.1f}" for side in each) for each in (sides, ours))
+        raise ValueError(
+            f"{what} is {said} mm large, expected {expected} as {module.name} is, another "
+            "reduction of the same leg: it stands for the robot's own legs in some worlds"
         )
 
 

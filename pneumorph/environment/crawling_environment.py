@@ -109,6 +109,7 @@ class CrawlingEnvironment(VectorEnv):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
         self._memory = np.zeros((self.num_envs, self.task.state_size), dtype=np.float32)
+        self._heading_deg = np.zeros(self.num_envs)
         self._action_number = np.zeros(self.num_envs, dtype=np.int64)
         self._distance_cm = np.zeros(self.num_envs)
         self._last_command_kPa = np.zeros((self.num_envs, self.task.regulator_count))
@@ -275,7 +276,8 @@ class CrawlingEnvironment(VectorEnv):
         return {name: np.mean(at, axis=0) for name, at in means.items()}, slide
 
     def _place(self) -> Place:
-        """Where the robots are now; to the left and turned 0 where the simulator knows of none."""
+        """Where the robots are now; to the left and turned 0 where the simulator knows of none. One
+        that is tipped over faces where it did: turning over is no turn."""
         forward_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
         if not isinstance(self._simulator, TurningSimulator):
             if self.task.reward.goal != "forward":
@@ -284,11 +286,10 @@ class CrawlingEnvironment(VectorEnv):
                     f"that does not know where its robots turn, {type(self._simulator).__name__}"
                 )
             return Place(forward_mm, np.zeros(self.num_envs), np.zeros(self.num_envs))
-        return Place(
-            forward_mm,
-            np.array(self._simulator.left_position_mm, dtype=np.float64),
-            np.array(self._simulator.heading_deg, dtype=np.float64),
-        )
+        heading_deg = np.array(self._simulator.heading_deg, dtype=np.float64)
+        self._heading_deg = np.where(np.isfinite(heading_deg), heading_deg, self._heading_deg)
+        left_mm = np.array(self._simulator.left_position_mm, dtype=np.float64)
+        return Place(forward_mm, left_mm, self._heading_deg)
 
     def _terms(
         self, terms_of: Callable[..., dict[str, np.ndarray]], moved: Move, slides_mm: np.ndarray
@@ -351,6 +352,7 @@ class CrawlingEnvironment(VectorEnv):
         self._memory = np.where(robots[:, None], np.float32(0.0), self._memory)
         self._action_number[robots] = 0
         self._distance_cm[robots] = 0.0
+        self._heading_deg = np.where(robots, 0.0, self._heading_deg)
         self._last_command_kPa = np.where(robots[:, None], 0.0, self._last_command_kPa)
         self._awaits_reset |= robots
 

@@ -105,7 +105,7 @@ class TurningSimulator(Protocol):
     @property
     def heading_deg(self) -> np.ndarray:
         """Direction of each hub's forward axis in the plane, from forward to the left, -180 to 180
-        [degrees], shape (robot,)."""
+        [degrees], shape (robot,); NaN of one that is tipped over and faces nowhere."""
 
 
 SimulatorFactory = Callable[[Sequence[Any]], CrawlingSimulator]

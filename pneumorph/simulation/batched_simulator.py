@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import pneumorph._engine as _engine
+from pneumorph.base.heading import heading_deg
 from pneumorph.base.machine import processor_count
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -46,7 +47,8 @@ class RobotStatus(IntEnum):
 class BatchedSimulator:
     """Robots advanced in parallel over threads, each alone: one that diverges harms no other.
 
-    The same robot gives the same bits in any batch and with any number of threads.
+    The same robot gives the same bits with any number of threads, and in any batch of parts that
+    have as many modes, rounded up to whole eights; beside larger ones sums are grouped otherwise.
     """
 
     def __init__(
@@ -322,9 +324,9 @@ class BatchedSimulator:
 
     @property
     def heading_deg(self) -> np.ndarray:
-        """Direction of each hub's x axis in the plane, from x to y [degrees], (robot,)."""
-        rotation = self.read("rotation")
-        return np.degrees(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
+        """Direction of each hub's x axis in the plane, from x to y [degrees], (robot,); NaN of one
+        that is tipped over, see `pneumorph.base.heading`."""
+        return heading_deg(self.read("rotation"))
 
     @property
     def tilt_deg(self) -> np.ndarray:

@@ -18,10 +18,8 @@ from pneumorph.robot.robot import Robot
 from pneumorph.robot.scaled_part import factors_between, scaled_part
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.regulator_lag import RegulatorLag
 from pneumorph.simulation.stepper_settings import StepperSettings
-
-LAG_STEPS = 5
-"""A lagging command is renewed after this many time steps, and held at its mean over them."""
 
 
 class RandomisedSimulator:
@@ -157,57 +155,24 @@ def worlds_of_round(
     return [randomisation.draw(rng) for _ in range(count)]
 
 
-def lagging_commands(commands_kPa: np.ndarray, lag_s: float, time_step_s: float) -> np.ndarray:
-    """Commands of a whole gait as `LaggingSimulator` passes them on [kPa], (step, regulator).
-
-    Args:
-        commands_kPa: Of the gait [kPa], (step, regulator).
-        lag_s: Time constant [s]; 0 for none.
-        time_step_s: Time step [s].
-    """
-    if lag_s == 0.0:
-        return commands_kPa
-    lagging = np.zeros_like(commands_kPa)
-    kept, mean = _remaining(np.array(lag_s), LAG_STEPS * time_step_s)
-    now = np.zeros(commands_kPa.shape[1])
-    for begin in range(0, len(commands_kPa), LAG_STEPS):
-        command = commands_kPa[begin]
-        lagging[begin : begin + LAG_STEPS] = command + (now - command) * mean
-        now = command + (now - command) * kept
-    return lagging
-
-
-def _remaining(lag_s: np.ndarray, time_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Which share of its distance to a command a first-order filter still has after a time, and has
-    on average until then: exp(-t / lag), and (1 - exp(-t / lag)) lag / t."""
-    with np.errstate(divide="ignore"):  # without a lag nothing is kept
-        kept = np.exp(-time_s / lag_s)
-    return kept, (1.0 - kept) * lag_s / time_s
-
-
 class LaggingSimulator:
-    """A simulator whose regulators follow their command like a first-order filter, each robot's as
-    its world has it.
-
-    The filter acts before the regulators' rate limit or air: after a time t of one command c the
-    filtered one is c + (c_0 - c) exp(-t / lag). For a few steps at a time its mean over them is
-    passed on, so that commands come as late as they should.
-    """
+    """A simulator whose regulators lag, each robot's as its world has it (`RegulatorLag`)."""
 
     def __init__(self, simulator: BatchedSimulator, worlds: Sequence[World]) -> None:
         self.simulator = simulator
         self._begin(worlds)
 
     def _begin(self, worlds: Sequence[World]) -> None:
+        physics = self.simulator.physics
         self._worlds = worlds
-        self._lag_s = np.array([world.regulator_lag_s for world in worlds])[:, None]
-        self._filtered = np.zeros((len(worlds), self.simulator.physics.regulator_count))
+        lag_s = np.array([world.regulator_lag_s for world in worlds])
+        self._lags = bool(lag_s.any())
+        self._lag = RegulatorLag(lag_s, physics.regulator_count, physics.time_step_s)
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to their initial state."""
         self.simulator.reset(active)
-        chosen = np.ones(len(self._filtered), bool) if active is None else np.asarray(active, bool)
-        self._filtered[chosen] = 0.0
+        self._lag.reset(self._chosen(active))
 
     def forget_range(self, active: np.ndarray | None = None) -> None:
         """As `BatchedSimulator.forget_range` does."""
@@ -229,18 +194,21 @@ class LaggingSimulator:
         self, command_kPa: np.ndarray, step_count: int, active: np.ndarray | None = None
     ) -> None:
         """Hold a command for some time steps while the regulators approach it."""
-        if not self._lag_s.any():
+        if not self._lags:
             self.simulator.advance(command_kPa, step_count, active)
             return
-        command = np.asarray(command_kPa, dtype=float)
-        moving = np.ones(len(command), bool) if active is None else np.asarray(active, bool)
-        for begin in range(0, step_count, LAG_STEPS):
-            count = min(LAG_STEPS, step_count - begin)
-            time_s = count * self.simulator.physics.time_step_s
-            kept, mean = _remaining(self._lag_s, time_s)
-            away = np.where(moving[:, None], self._filtered - command, 0.0)
-            self.simulator.advance(command + away * mean, count, active)
-            self._filtered = np.where(moving[:, None], command + away * kept, self._filtered)
+        command, moving = np.asarray(command_kPa, dtype=float), self._chosen(active)
+        while step_count > 0:
+            self._lag.ask(command, moving)
+            count = min(self._lag.steps_left(moving), step_count)
+            self.simulator.advance(self._lag.held_kPa(), count, active)
+            self._lag.go_on(count, moving)
+            step_count -= count
+
+    def _chosen(self, active: np.ndarray | None) -> np.ndarray:
+        if active is None:
+            return np.ones(len(self._worlds), dtype=bool)
+        return np.asarray(active, dtype=bool)
 
     @property
     def forward_position_mm(self) -> np.ndarray:

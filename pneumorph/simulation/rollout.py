@@ -63,7 +63,7 @@ def rollout(
         highest_kPa: Highest command that is allowed [kPa]; a gait has a limit of its own.
 
     Returns:
-        The state at the end, and the trajectory.
+        The state at the end, and the trajectory; that of the fall where it did not come to its end.
 
     Raises:
         TypeError: What should walk is no robot, or what it should walk is no gait.
@@ -91,9 +91,11 @@ def rollout(
     model.physics.air.check_supply(commands)
     if state is None:
         rest = np.zeros((settling_steps, commands.shape[1]))
-        state, _ = model.rollout(
+        state, settled = model.rollout(
             model.initial_state(), rest, record_every=settling_steps or 1, record_nodes=False
         )
+        if settled.status != "completed":
+            return state, settled
     return model.rollout(
         state, commands, record_every, record_nodes, description, progress=progress
     )

@@ -1,10 +1,11 @@
 """Robots of one batch, shared out over the workers of a Ray cluster.
 
 Each worker advances some of the robots and answers with all that is asked of them, so that an
-action costs one call of every worker. A robot has the same bits in any batch, hence for any number
-of workers; on machines with other instruction sets only where `StepperSettings.instruction_set`
-names one that all have. A worker that is lost costs its own robots' time: another one takes over
-the calls since they were last put back, and is where the lost one was.
+action costs one call of every worker. A robot has the same bits in any batch of parts that have as
+many modes (see `BatchedSimulator`), hence for any number of workers; on machines with other
+instruction sets only where `StepperSettings.instruction_set` names one that all have. A worker that
+is lost costs its own robots' time: another one takes over the calls since they were last put back,
+and is where the lost one was.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.simulation.randomisation import World
-from pneumorph.simulation.randomised_simulator import lagging_commands
+from pneumorph.simulation.regulator_lag import lagging_commands
 from pneumorph.study.analysis import Walker
 from pneumorph.study.full_order_store import rollout_identity
 

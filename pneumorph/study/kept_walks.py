@@ -14,7 +14,8 @@ from pneumorph.environment.goal import Goal
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
-from pneumorph.simulation.randomised_simulator import digest_of_part, lagging_commands
+from pneumorph.simulation.randomised_simulator import digest_of_part
+from pneumorph.simulation.regulator_lag import lagging_commands
 
 
 def walks_identity(

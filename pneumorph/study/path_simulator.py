@@ -44,9 +44,11 @@ def path_simulator(
         )
         robot = ReducedRobot(scaled_robot(nominal, values["modulus_factor"]), physics, smooth)
         rest = np.zeros((15, physics.regulator_count))
-        state, _ = robot.rollout(robot.initial_state(), rest, len(rest), False)
-        _, trajectory = robot.rollout(state, driven_kPa, 1, False)
         places = np.full((len(driven_kPa) + 1, 2), np.nan)
+        state, settled = robot.rollout(robot.initial_state(), rest, len(rest), False)
+        if settled.status != "completed":
+            return places
+        _, trajectory = robot.rollout(state, driven_kPa, 1, False)
         places[: len(trajectory.time_s)] = trajectory.tracked_point_mm[:, :2]
         return places
 

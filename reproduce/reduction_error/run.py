@@ -38,7 +38,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import Cubature, sample_elements
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.randomisation import World
-from pneumorph.simulation.randomised_simulator import LAG_STEPS
+from pneumorph.simulation.regulator_lag import LAG_STEPS
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.certified_candidates import unseen_worlds
 from pneumorph.study.full_order_store import FullOrderStore, shipped_folders

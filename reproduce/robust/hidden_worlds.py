@@ -20,7 +20,7 @@ from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.simulation.randomised_simulator import LAG_STEPS, lagging_commands
+from pneumorph.simulation.regulator_lag import lagging_commands
 from pneumorph.study.certified_pairs import Band
 from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
 from pneumorph.study.recorded_walk import Model
@@ -143,9 +143,10 @@ def lagging_gait(gait: Path, lag_s: float, time_step_s: float, file: Path) -> Pa
     """
     held, remarks = read_gait(gait)
     commands = commands_of(held, time_step_s, held.regulator_count)
-    lagging = lagging_commands(commands, lag_s, time_step_s)[::LAG_STEPS]
-    start_s = LAG_STEPS * time_step_s * np.arange(len(lagging))
-    return write_gait(file, replace(held, start_s=start_s, held_kPa=lagging), remarks)
+    lagging = lagging_commands(commands, lag_s, time_step_s)
+    renewed = np.append(0, np.flatnonzero((lagging[1:] != lagging[:-1]).any(axis=1)) + 1)
+    start_s = time_step_s * renewed
+    return write_gait(file, replace(held, start_s=start_s, held_kPa=lagging[renewed]), remarks)
 
 
 def _digest(file: Path) -> str:

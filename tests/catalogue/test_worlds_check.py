@@ -53,6 +53,27 @@ def test_a_reduction_with_other_cavities_is_refused() -> None:
         check_worlds(paper_robot(), Randomisation(reductions=(two,)))
 
 
+def test_a_reduction_of_a_leg_of_another_size_is_refused() -> None:
+    """It took the mass of the robot's own and was mounted in its place. The paper's leg is one of
+    the catalogue's too, and stands for itself."""
+    sizes = {}
+    for each in sorted(data_file("catalogue").glob("*/leg.npz")):
+        part = ReducedPart.load(each)
+        if part.cavity_count == 1:
+            sizes[each] = np.ptp(part.rest_nodes, axis=0)
+    own = np.ptp(ReducedPart.load(data_file("leg_measured.npz")).rest_nodes, axis=0)
+    alike = [each for each, size in sizes.items() if np.allclose(size, own, atol=0.5)]
+    others = [each for each in sizes if each not in alike]
+    assert len(others) == 3
+    for each in others:
+        with pytest.raises(
+            ValueError, match=r"mm large, expected 115\.\d x .* measured leg"
+        ):
+            check_worlds(paper_robot(), Randomisation(reductions=(each,)))
+    for each in alike:
+        check_worlds(paper_robot(), Randomisation(reductions=(each,)))
+
+
 def test_a_training_refuses_them_before_anything_walks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers.beside_images import steps_beside_images
 from helpers.lopsided import Lopsided
-from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, toy_settings
+from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, scored, toy_settings
 from helpers.turner import Turner
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
@@ -94,7 +94,7 @@ def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:
     assert own.sum() == mirrored.sum() == 16 * TASK.action_count
     assert np.abs(stored["reward"][own]).max() > 0.1
     np.testing.assert_allclose(stored["reward"][mirrored], -stored["reward"][own], atol=1e-6)
-    training._update_distribution(np.array([chosen]), np.array([3.0]), np.array([False]))
+    training._update_distribution(scored([chosen], [3.0], [False]))
     assert training.learned.distribution.scores[[chosen, image]].tolist() == [3.0, 0.0]
     training.walk_and_learn(np.full(16, image), 0)
     assert {chosen, image} <= {pair.design for pair in training.best.pairs}
@@ -169,6 +169,29 @@ def test_goals_are_said_as_what_they_are() -> None:
     }
     for heading_deg, label in labels.items():
         assert RewardWeights(goal="heading", heading_deg=heading_deg).counted.label == label
+
+
+class Somersaulter(Turner):
+    """Turns by 3 degrees a step, from step 20 to 29 on its back, where it faces nowhere."""
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        return np.where(20 <= self.steps < 30, np.nan, super().heading_deg)
+
+
+def test_turning_over_is_no_turn_and_what_is_turned_after_it_counts_from_before() -> None:
+    weights = RewardWeights(goal="turn_left", backsliding=0.5)
+    task = replace(TASK, action_step_count=5, settling_step_count=0, reward=weights)
+    environment = CrawlingEnvironment(
+        [Design.parse("1.0.2.0")], viscous_crawler_robot, Somersaulter, task
+    )
+    turned = []
+    for _ in range(2):  # an episode does not begin with the heading of the one before
+        environment.reset()
+        turned.append([environment.step(np.zeros((1, 2)))[4]["achieved"][0] for _ in range(8)])
+    # On its back from the 20th to the 29th step; on its feet at the 30th, by 45 degrees further.
+    expected = [15.0, 15.0, 15.0, 0.0, 0.0, 45.0, 15.0, 15.0]
+    np.testing.assert_allclose(turned, [expected, expected])
 
 
 def test_what_a_walk_achieved_is_measured_along_its_goal() -> None:

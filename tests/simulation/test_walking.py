@@ -10,6 +10,7 @@ from helpers.crawlers import FRESH, GAIT, PART, PHYSICS, STEPPER, crawlers, marc
 from helpers.one_leg import HUB
 from helpers.synthetic_part import synthetic_reduced_part
 
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.corotational import law_with_rotation
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.pressure import rate_limit
@@ -65,6 +66,23 @@ def test_contact_forces_carry_a_resting_robot_as_pressed_points_stand_still():
     speed = np.abs(trajectory.contact_velocity_mm_per_s[-1])
     assert np.any(force[..., 2] > 0.0)
     assert speed.max() < 1e-3 * 9800.0 * physics.time_step_s
+
+
+def test_a_robot_that_does_not_come_to_rest_does_not_walk(monkeypatch):
+    """A walk would begin where the fall was given up, in the air, with its failure forgotten."""
+    robot = paper_robot("published").reduced("1.0.0.0.2.0.0.0")
+    walked = robot.rollout
+    asked = []
+
+    def failing(state, commands, *rest, **options):
+        asked.append(len(commands))
+        state, trajectory = walked(state, commands, *rest, **options)
+        return state, replace(trajectory, status="diverged")
+
+    monkeypatch.setattr(robot, "rollout", failing)
+    _, found = rollout(robot, np.zeros((20, 3)), settling_steps=3, record_nodes=False)
+    assert found.status == "diverged"
+    assert asked == [3]
 
 
 def test_frames_are_told_by_their_time_and_command():
