@@ -254,13 +254,18 @@ def _check(
     check_equal_grounds(settings.space, spec.physics)
     randomised = None if worlds is None else worlds.randomisation
     redrawn = randomised is not None and randomised.ground_roughness_mm != "0"
-    note = roughness_note(settings.space, spec.physics, redrawn)
-    if note is not None:
+    told = (
+        roughness_note(settings.space, spec.physics, redrawn),
+        _of_single_worlds(wanted, drawn),
+        _of_one_beginning(settings),
+    )
+    notes = [note for note in told if note is not None]
+    for note in notes:
         folder.progress.say(note)
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
-    for told in _too_short(settings):
-        folder.progress.say(told)
+    for short in _too_short(settings):
+        folder.progress.say(short)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
     if ours != theirs:
         raise ValueError(
@@ -272,7 +277,27 @@ def _check(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "
             "--out"
         )
-    return [] if note is None else [note]
+    return notes
+
+
+def _of_single_worlds(worlds_per_design: int, drawn: int) -> str | None:
+    """What to tell where designs are ranked by a walk in one world, which is not the others'."""
+    if worlds_per_design > 1 or drawn == 1:
+        return None
+    return (
+        f"each design walks in one of {drawn} drawn worlds, and not all in the same: whose world "
+        "was kind ranks first, so distances of the best are better than they would be; "
+        "objective.worlds_per_design = 4 ranks designs by the same worlds"
+    )
+
+
+def _of_one_beginning(settings: CooptSettings) -> str | None:
+    if not settings.pooled_restarts or settings.restarts > 1:
+        return None
+    return (
+        f"pooled_restarts is {settings.pooled_restarts} and restarts 1: there is no earlier "
+        "beginning to learn from, so it has no effect"
+    )
 
 
 def _replay_best(
