@@ -15,6 +15,7 @@ from pneumorph.catalogue.paper_leg import LegName, load_default_leg, masses_of, 
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import as_made_first
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class ModuleDescription(Checked):
                 return None
         if self.part is None or not (folder / self.part).is_file():
             return None
-        return ReducedPart.load(folder / self.part)
+        return as_made_first(ReducedPart.load(folder / self.part))
 
     def module(self, name: str, folder: Path, catalogue_folder: Path, usual_leg: LegName) -> Module:
         """The module.
@@ -89,7 +90,8 @@ class ModuleDescription(Checked):
             )
         part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
         if part is not None and mesh is not None:
-            ReducedPart.load(part).check_mesh(load_leg_mesh(mesh))
+            shape = load_leg_mesh(mesh)
+            as_made_first(ReducedPart.load(part), shape).check_mesh(shape)
         leg = self.leg or usual_leg
         if mesh is not None and part is None:
             _refuse_without_part(name, leg, mesh)

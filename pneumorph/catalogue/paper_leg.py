@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -40,7 +41,7 @@ from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.surfaces import PRINTED_PLASTIC, SILICONE
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.resized_part import resized_part
-from pneumorph.robot.scaled_part import scaled_part
+from pneumorph.robot.scaled_part import REDUCED_SO, as_made_first, scaled_part
 
 LegName = Literal["published", "hyperelastic", "measured"]
 """The published leg, one of the silicone's own stiffness, or one of all that was measured of it."""
@@ -354,14 +355,41 @@ class _Leg:
     def _reduced_as_made(self) -> ReducedPart:
         if self.part is None:
             return load_default_leg(self.name)
-        return self.part if isinstance(self.part, ReducedPart) else ReducedPart.load(self.part)
+        part = self.part if isinstance(self.part, ReducedPart) else ReducedPart.load(self.part)
+        if not part.metadata.get(REDUCED_SO, False):
+            return part
+        first = as_made_first(part, self._shape())
+        return _without_rounding(first, self.materials or self._materials_of(first))
 
     def _recorded_materials(self) -> LegMaterials:
         usual = leg_kind(self.name).materials
-        if self.part is None:
-            return usual
-        recorded = self._reduced_as_made.metadata.get("materials")
-        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
+        return usual if self.part is None else self._materials_of(self._reduced_as_made)
+
+    def _materials_of(self, part: ReducedPart) -> LegMaterials:
+        recorded = part.metadata.get("materials")
+        if recorded is None:
+            return leg_kind(self.name).materials
+        return settings_from_dict(LegMaterials, recorded)
+
+
+def _without_rounding(part: ReducedPart, made_of: LegMaterials) -> ReducedPart:
+    """A part of given materials, whose numbers it may have but for rounding."""
+
+    def exact(own: Material, given: Material) -> Material:
+        young = given.young_modulus_kPa
+        near = math.isclose(own.young_modulus_kPa, young, rel_tol=1e-12)
+        return given if near and replace(own, young_modulus_kPa=young) == given else own
+
+    weights = np.array(made_of.relaxation.weights)
+    near = part.relaxation_weight.shape == weights.shape and np.allclose(
+        part.relaxation_weight, weights, rtol=1e-12, atol=0.0
+    )
+    return replace(
+        part,
+        tetrahedron_material=exact(part.tetrahedron_material, made_of.silicone),
+        membrane_material=exact(part.membrane_material, made_of.sheet),
+        relaxation_weight=weights if near else part.relaxation_weight,
+    )
 
 
 def _check_full(part: ReducedPart, mesh: Mesh) -> None:

@@ -165,10 +165,16 @@ def export_sofa_scene(
 
     Raises:
         ArtefactError: The part was reduced from another mesh.
-        ValueError: The model has no membrane.
+        ValueError: The model has no membrane, or elements that the scene's force fields have not.
     """
     physics = physics or Physics()
     part.check_mesh(model.mesh)
+    if model.mesh.edge_nodes is not None:
+        raise ValueError(
+            "the part is of 10-node tetrahedra (it is sampled at their integration points), "
+            "expected linear ones, as `pneumorph mesh --preset paper` makes them: SOFA's force "
+            "fields of the scene know no other"
+        )
     if not model.membranes:
         raise ValueError("the model has no membrane, expected a leg with its sheet")
     mesh, membrane = model.mesh, model.membranes[0]

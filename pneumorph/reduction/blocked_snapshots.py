@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, CountOrNone, Positive
 from pneumorph.fem.part_model import PartModel
+from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.snapshots import Snapshots
 
@@ -24,19 +25,22 @@ class BlockedSnapshotSettings(Checked):
     """Node set of the tip; its mean height is held."""
 
 
-def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Snapshots:
+def blocked_snapshots(
+    part: PartModel, settings: BlockedSnapshotSettings, rotation: Rotation = "edge"
+) -> Snapshots:
     """Equilibria at rising pressures.
 
     Args:
         part: The part, held at its attachment nodes.
         settings: Pressures.
+        rotation: Where its elements take their rotation from.
 
     Raises:
         MeshError: The mesh has no such node set, or no face of its skin lies in it.
         ValueError: Not all were found.
     """
     pressures = np.linspace(0.0, settings.pressure_kPa, settings.count + 1)[1:]
-    held = list(blocked_forces(part, part.mesh, pressures, region=settings.face))
+    held = list(blocked_forces(part, part.mesh, pressures, rotation, settings.face))
     if len(held) < len(pressures):  # fewer would leave the reduction too stiff beyond them
         reached = held[-1].pressure_kPa if held else 0.0
         raise ValueError(

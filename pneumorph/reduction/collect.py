@@ -7,11 +7,14 @@ workers need no common disk.
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings, run_tasks
@@ -23,7 +26,7 @@ from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.snapshot_files import SnapshotFiles, read_header
-from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.reduction.snapshots import Snapshots, details_of
 from pneumorph.reduction.static_snapshots import (
     StaticSnapshotSettings,
     bend_snapshots,
@@ -83,7 +86,7 @@ def collect_snapshots(
     """Compute the snapshots the settings ask for.
 
     Each task writes a file into ``folder``; a file that was made from the same part with the same
-    settings is not made again.
+    settings, and of a walk on the same hub, is not made again.
 
     Args:
         part: The full-order part.
@@ -148,6 +151,40 @@ def short_bend_note(reached_kPa: float, settings: SnapshotSettings) -> str | Non
     )
 
 
+def sound_files(collected: SnapshotFiles) -> tuple[list[Path], list[str]]:
+    """Files of snapshots without those of walks that did not come to their end, whose robots were
+    in no state that a leg should be reduced from; and what to say of these and of loads without an
+    equilibrium.
+
+    Args:
+        collected: What `collect_snapshots` found.
+    """
+    sound, left_out, failed, loads = [], [], 0, 0
+    for path in collected.paths:
+        arrays, metadata = read_header(path)
+        details = [each or {} for each in details_of(metadata)]
+        # Walks of the first versions do not say how they ended.
+        ended = {str(each.get("status", "completed")) for each in details}
+        if ended - {"completed"}:
+            left_out.append(f"{', '.join(metadata['sources'])} ({', '.join(sorted(ended))})")
+            continue
+        sound.append(path)
+        without = sum(len(each.get("failed", ())) for each in details)
+        if path.stem.startswith("load"):
+            failed, loads = failed + without, loads + without + len(arrays["source"])
+    told = []
+    if left_out:
+        told.append(
+            f"{len(left_out)} of the robots that walked for snapshots did not come to the end and "
+            f"are left out: {'; '.join(left_out)}"
+        )
+    if failed:
+        told.append(
+            f"{failed} of {loads} loads had no equilibrium and are missing among the snapshots"
+        )
+    return sound, told
+
+
 def _task_names(settings: SnapshotSettings) -> list[str]:
     loads = -(-settings.static.load_count // _LOADS_PER_TASK)
     return [
@@ -177,7 +214,8 @@ def _leg_steps(problem: _Problem, name: str) -> int:
     if name.startswith("load"):
         return len(_load_numbers(settings.static, name)) * _LEG_STEPS_PER_EQUILIBRIUM
     plan = walk_plan(settings.walk, _number(name), len(problem.poses))
-    return plan.step_count(settings.walk) * len(plan.places)
+    step_s = problem.acting.physics.time_step_s
+    return plan.step_count(settings.walk, step_s) * len(plan.places)
 
 
 def _estimate(problem: _Problem, leg_steps: int, task_count: int) -> str:
@@ -210,8 +248,18 @@ def _origin(problem: _Problem, name: str) -> dict[str, Any]:
     return {
         "settings": {"task": name, **settings_to_dict(chosen)},
         "part": ingredients(part),
-        **({"acting": problem.acting.described()} if walks else {}),
+        **({"acting": problem.acting.described(), "carried": _carried(problem)} if walks else {}),
+        **({"rotation": settings.static.rotation} if name == "blocked" else {}),
     }
+
+
+def _carried(problem: _Problem) -> str:
+    """Hash of what carries the legs of walking robots, and where, in hexadecimal."""
+    content = hashlib.sha256(b"rigid" if problem.hub.rigid else b"soft")
+    poses = [array for pose in problem.poses for array in (pose.rotation, pose.translation)]
+    for array in (*problem.hub.identity(), *poses):
+        content.update(np.ascontiguousarray(array, dtype=float).tobytes())
+    return content.hexdigest()
 
 
 def _is_there(problem: _Problem, folder: Path, name: str) -> bool:
@@ -230,12 +278,16 @@ def _is_there(problem: _Problem, folder: Path, name: str) -> bool:
     except (ArtefactError, KeyError, ValueError):  # an interrupted run's or another's; made again
         return False
     origin = _origin(problem, name)
-    same_part = metadata.get("part", origin["part"]) == origin["part"]
     same_physics = metadata.get("acting", {}) == origin.get("acting", {})
+    # What files of earlier versions do not say is taken to be the same.
+    same_rest = all(
+        metadata.get(each, origin.get(each)) == origin.get(each)
+        for each in ("part", "carried", "rotation")
+    )
     return (
         same_settings
-        and same_part
         and same_physics
+        and same_rest
         and metadata.get("mesh_digest") == problem.part.mesh.digest()
     )
 
@@ -255,7 +307,7 @@ def _task(problem: _Problem, name: str) -> Snapshots | CompressedSnapshots:
     if name == "bend":
         snapshots = bend_snapshots(part, settings.static)
     elif name == "blocked":
-        snapshots = blocked_snapshots(part, settings.blocked)
+        snapshots = blocked_snapshots(part, settings.blocked, settings.static.rotation)
     elif name.startswith("load"):
         numbers = _load_numbers(settings.static, name)
         snapshots = load_snapshots(part, settings.static, numbers, problem.bend)

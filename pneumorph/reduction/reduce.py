@@ -44,6 +44,9 @@ from pneumorph.reduction.snapshot_curves import SnapshotCurves
 from pneumorph.reduction.snapshot_range import snapshot_range
 from pneumorph.reduction.snapshots import BEND, SnapshotSet
 
+USUAL_REPORT_KPA = 350.0
+"""Up to this simulated pressure the bend's error is measured where nothing else is asked for."""
+
 
 def reduce_part(
     part: PartModel,
@@ -51,7 +54,7 @@ def reduce_part(
     settings: ReductionSettings | None = None,
     progress: Progress | None = None,
     *,
-    report_pressure_kPa: float = 350.0,
+    report_pressure_kPa: float = USUAL_REPORT_KPA,
     mount_stiffness: np.ndarray | None = None,
 ) -> tuple[ReducedPart, ReductionReport]:
     """Reduce a part: one that is held at its attachment, or one that moves freely.
@@ -65,7 +68,7 @@ def reduce_part(
             cavity among them free-bending equilibria (source ``bend``) in order of pressure.
         settings: Tolerances and limits.
         progress: Called with done, total and a message.
-        report_pressure_kPa: The bend error is measured up to this pressure.
+        report_pressure_kPa: The bend error is measured up to this simulated pressure [kPa].
         mount_stiffness: Of a soft hub against the attachment nodes [mN/mm], (3 attachment, 3
             attachment), see `mount_stiffness.py`; None holds them.
 

@@ -7,6 +7,7 @@ is tested against.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,6 +31,9 @@ from pneumorph.reduction.sampled_branches import SampledBranches
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.snapshot_range import range_ratio
 
+SAME_MASS = 1e-3
+"""Masses of a reduction and its finite elements that differ by less, relatively, are one that was
+rounded."""
 CAVITY_CENTRES = "cavity_centres_mm"
 """Name in a part's metadata of where its cavities are."""
 
@@ -262,7 +266,7 @@ class ReducedPart(ReducedArrays):
         """Refuse finite elements that this reduction does not stand for.
 
         Raises:
-            ArtefactError: The mesh, a material or the relaxation differs.
+            ArtefactError: The mesh, a material, the relaxation or the mass differs.
         """
         self.check_mesh(model.mesh)
         sheets = [membrane.material for membrane in model.membranes]
@@ -277,6 +281,12 @@ class ReducedPart(ReducedArrays):
                     f"this reduction's {kind} elements are of {material}, got {other}; reduce the "
                     "part again"
                 )
+        if not math.isclose(self.mass, model.mass_kg, rel_tol=SAME_MASS):
+            raise ArtefactError(
+                f"this reduction weighs {1e3 * self.mass:.4g} g, got finite elements of "
+                f"{1e3 * model.mass_kg:.4g} g, expected one mass; say what the leg weighs "
+                "(masses.leg_mass_g, or mass_g of a module), or reduce the part again"
+            )
         series = None if model.branches is None else model.branches.series
         if self.relaxation != series:
             raise ArtefactError(

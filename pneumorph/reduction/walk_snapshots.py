@@ -97,13 +97,18 @@ class WalkPlan:
     corners: np.ndarray
     """0 slack, 1 inflated, (corner, leg)."""
 
-    def step_count(self, settings: WalkSnapshotSettings) -> int:
-        """Steps of the walk, settling included."""
-        return settings.settling_steps + len(self.corners) * _hold_steps(settings)
+    def step_count(
+        self, settings: WalkSnapshotSettings, time_step_s: float = Physics.time_step_s
+    ) -> int:
+        """Steps of the walk, settling included, each of a length [s]."""
+        return settings.settling_steps + len(self.corners) * _hold_steps(settings, time_step_s)
 
-    def commands_kPa(self, settings: WalkSnapshotSettings) -> np.ndarray:
-        """Simulated pressure of every step after settling [kPa], (step, leg)."""
-        return settings.amplitude_kPa * np.repeat(self.corners, _hold_steps(settings), axis=0)
+    def commands_kPa(
+        self, settings: WalkSnapshotSettings, time_step_s: float = Physics.time_step_s
+    ) -> np.ndarray:
+        """Simulated pressure of every step, of a length [s], after settling [kPa], (step, leg)."""
+        held = _hold_steps(settings, time_step_s)
+        return settings.amplitude_kPa * np.repeat(self.corners, held, axis=0)
 
 
 def walk_plan(settings: WalkSnapshotSettings, number: int, place_count: int) -> WalkPlan:
@@ -165,7 +170,7 @@ def walk_snapshots(
         directions = np.vstack([every, np.diag(every)])
         part = part.inflated_in(directions[number % len(directions)])
     robot = walking_robot(part, hub, poses, settings, plan, acting)
-    commands = plan.commands_kPa(settings)
+    commands = plan.commands_kPa(settings, robot.physics.time_step_s)
     recorder = LegRecorder(robot, settings.record_every, settings.compression)
     # A robot falls and lands at first: where friction takes hold then decides how it stands.
     rest = np.zeros((settings.settling_steps, len(plan.places)))
@@ -221,8 +226,8 @@ def walking_robot(
     return FullRobot(hub, mounts, physics, numerics=acting.numerics)
 
 
-def _hold_steps(settings: WalkSnapshotSettings) -> int:
-    return round(settings.hold_s / Physics.time_step_s)
+def _hold_steps(settings: WalkSnapshotSettings, time_step_s: float) -> int:
+    return round(settings.hold_s / time_step_s)
 
 
 def gray_corners(dimension: int) -> np.ndarray:

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.robot import Hub, Robot
+
+REDUCED_SO = "reduced_so"
+"""Name in a part's metadata of whether its factors (``scaled``, ``size_factor``) were in the finite
+elements already that it was reduced from."""
 
 
 def scaled_part(
@@ -100,6 +107,62 @@ def factors_between(part: ReducedPart, own: ReducedPart) -> tuple[float, float, 
         for name in ("size_factor", "modulus_factor", "damping_factor")
     )
     return size, modulus, own.mass / (part.mass * size**3), damping
+
+
+def factors_reduced_in(own: ReducedPart) -> dict[str, Any]:
+    """What another reduction says of itself, in its metadata, that is made from finite elements as
+    they are now: its factors on modulus, damping and size; nothing where there are none.
+
+    What it weighs is a number of the part itself.
+
+    Args:
+        own: The reduced part that stands for them now.
+    """
+    scaled = {
+        name: factor
+        for name, factor in own.metadata.get("scaled", {}).items()
+        if name != "mass_factor" and factor != 1.0
+    }
+    size = own.metadata.get("size_factor", 1.0)
+    found: dict[str, Any] = {"scaled": scaled} if scaled else {}
+    if size != 1.0:
+        found["size_factor"] = size
+    return {**found, REDUCED_SO: True} if found else {}
+
+
+def as_made_first(part: ReducedPart, mesh: Mesh | None = None) -> ReducedPart:
+    """A part that was reduced from finite elements of a calibrated or resized leg
+    (`factors_reduced_in`) as a reduction of the leg before, for a robot to calibrate and resize it
+    as it asks for; any other part as it is. It keeps what it weighs for its volume.
+
+    Args:
+        part: The reduced part, as its file has it.
+        mesh: That of the leg before; a part of it says so again.
+    """
+    if not part.metadata.get(REDUCED_SO, False):
+        return part
+    scaled, size = part.metadata.get("scaled", {}), part.metadata.get("size_factor", 1.0)
+    first = scaled_part(
+        part,
+        modulus_factor=1.0 / scaled.get("modulus_factor", 1.0),
+        damping_factor=1.0 / scaled.get("damping_factor", 1.0),
+    )
+    said = (REDUCED_SO, "scaled", "size_factor")
+    metadata = {name: value for name, value in part.metadata.items() if name not in said}
+    if size != 1.0:
+        first = resized_part(first, 1.0 / size)
+        if mesh is not None and metadata.get("mesh_digest") == mesh.scaled(size).digest():
+            metadata["mesh_digest"] = mesh.digest()
+            first = replace(first, rest_nodes=np.array(mesh.nodes))  # without rounding
+    return replace(first, metadata=metadata)
+
+
+def made_alike(part: ReducedPart, own: ReducedPart) -> ReducedPart:
+    """Another reduction of a leg as large, stiff, heavy and damped as a given one; arguments as of
+    `factors_between`."""
+    size, *factors = factors_between(part, own)
+    part = part if size == 1.0 else resized_part(part, size)
+    return part if factors == [1.0, 1.0, 1.0] else scaled_part(part, *factors)
 
 
 def scaled_hub(hub: Hub, mass_factor: float) -> Hub:

@@ -27,7 +27,7 @@ from pneumorph.study.certified_pairs import Certificate, CertifiedRound, RoundPa
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.learned_again import Trained, learned_again
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
-from pneumorph.study.reduction import Reduction, reduce
+from pneumorph.study.reduction import Reduction, reduce, said_of_further
 from pneumorph.study.robustness import KEPT_WALKS
 from pneumorph.study.study_once import study_once
 
@@ -247,8 +247,6 @@ def _reduced_again(
 ) -> Reduction:
     """The leg, with all walks so far among its snapshots."""
     files = _walk_files(rounds)
-    known = spec.module.reduced.metadata
-    made_of = {str(name): known[name] for name in ("materials", "masses") if name in known}
     return study_once(
         folder,
         Reduction,
@@ -257,7 +255,7 @@ def _reduced_again(
             spec,
             folder,
             settings,
-            made_of,
+            said_of_further(spec),
             further=[kept / file for file in files],
             snapshot_folder=kept / "snapshots",
         ),

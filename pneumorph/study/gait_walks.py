@@ -110,7 +110,7 @@ class GaitWalks:
 
     def commands_kPa(self, walk: DesignGait) -> np.ndarray:
         """Real pressures of every step [kPa], (step, regulator)."""
-        step_s = Physics.time_step_s
+        step_s = self.spec.physics.time_step_s
         length_s = min(self.settings.duration_s, walk.gait.duration_s)
         return sample_commands(walk.gait, step_s, round(length_s / step_s))
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.soft_hub import SoftHub
@@ -15,13 +17,21 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.start_pose import StartPose
-from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots, short_bend_note
+from pneumorph.reduction.collect import (
+    SnapshotSettings,
+    collect_snapshots,
+    short_bend_note,
+    sound_files,
+)
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.part_summary import PartSummary
-from pneumorph.reduction.reduce import check_settings, reduce_part
+from pneumorph.reduction.reduce import USUAL_REPORT_KPA, check_settings, reduce_part
+from pneumorph.reduction.reduced_part import CAVITY_CENTRES
 from pneumorph.reduction.reduction_report import ReductionReport
 from pneumorph.reduction.snapshot_files import SnapshotFiles
+from pneumorph.reduction.snapshots import BEND
 from pneumorph.reduction.walk_snapshots import WalkPhysics
+from pneumorph.robot.scaled_part import factors_reduced_in
 from pneumorph.study.gait_walks import GaitWalks, collect_gait_walks, read_design_gaits
 from pneumorph.study.reduce_settings import ReduceSettings, shipped_settings
 
@@ -69,6 +79,10 @@ def reduce(
         metadata: What else the part's file shall say.
         further: Files of snapshots that are there already, such as those of a certificate's walks.
         snapshot_folder: Where snapshots are kept; None for ``snapshots`` in the folder.
+
+    Raises:
+        ValueError: Robots were to walk, and none came to its end; the settings ask for what the
+            part has not.
     """
     start = time.monotonic()
     folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "reduce")
@@ -76,7 +90,7 @@ def reduce(
     relaxes = part_model.branches is not None
     settings = settings or shipped_settings("measured" if relaxes else "published")
     gaits = read_design_gaits(settings.walked.gaits)
-    poses = [site.pose for site in robot.sites]
+    poses = [site.pose_of(robot.module) for site in robot.sites]
     check_settings(part_model, settings.reduction, on_soft_mount=isinstance(hub, SoftHub))
     folder.progress.stage("collecting snapshots of the full model")
     mount = None
@@ -102,16 +116,34 @@ def reduce(
         folder.progress.say,
     )
     walks = [*walks, *further]
-    snapshots = SnapshotFiles([*collected.paths, *walks])
-    if not (walks or settings.snapshots.walk.robot_count):
+    sound, told = sound_files(collected)
+    for note in told:
+        folder.progress.say(note)
+    snapshots = SnapshotFiles([*sound, *walks])
+    if not (walks or any(path.stem.startswith("walk") for path in sound)):
+        if settings.snapshots.walk.robot_count:
+            raise ValueError(
+                "none of the robots that walk for snapshots came to its end, expected at least "
+                "one: they are driven harder than the leg bears, or its elements turn inside out; "
+                "ask for a lower largest pressure, or for a reduction without such walks "
+                "(snapshots.walk.leg_counts empty)"
+            )
         folder.progress.say("no robot walks: the part is reduced from equilibria alone")
     folder.progress.stage("choosing modes and elements")
     part, report = reduce_part(
-        part_model, snapshots, settings.reduction, folder.progress, mount_stiffness=mount
+        part_model,
+        snapshots,
+        settings.reduction,
+        folder.progress,
+        report_pressure_kPa=max(USUAL_REPORT_KPA, settings.snapshots.static.bend_pressure_kPa),
+        mount_stiffness=mount,
     )
     part.metadata.update(metadata or {})
-    reached_kPa = report.bend.get("pressure_kPa")
-    short = short_bend_note(max(reached_kPa), settings.snapshots) if reached_kPa else None
+    short = None
+    if part_model.cavities:
+        bends = [place for place, source in enumerate(snapshots.sources) if source == BEND]
+        reached_kPa = float(snapshots.pressure_kPa[np.isin(snapshots.source, bends)].max())
+        short = short_bend_note(reached_kPa, settings.snapshots)
     path = part.save(folder / PART_FILE)
     seconds = snapshots.metadata["seconds"]
     return Reduction(
@@ -124,8 +156,23 @@ def reduce(
         snapshot_files_without_time=seconds["files_without"],
         walked_gait_count=len(walks),
         wall_s=time.monotonic() - start,
-        notes=(*(() if short is None else (short,)), *doubts(report, settings)),
+        notes=(*(() if short is None else (short,)), *told, *doubts(report, settings)),
     )
+
+
+def said_of_further(robot: RobotSpec) -> dict[str, Any]:
+    """What the file of a further reduction of a robot's module, as it is now, shall say: what the
+    leg was made of before it was calibrated or resized, and by which factors it was. Who reads the
+    file calibrates and resizes it as is asked for then, once."""
+    full, own = robot.module.full, robot.module.reduced
+    known, factors = own.metadata, factors_reduced_in(own)
+    size = factors.get("size_factor", 1.0)
+    said = {str(name): known[name] for name in ("materials", "masses") if name in known}
+    if "materials" in said:
+        said["materials"] = {**said["materials"], "mass_kg": full.mass_kg / size**3}
+    if size != 1.0:
+        said[CAVITY_CENTRES] = (full.cavity_centres_mm / size).tolist()
+    return {**said, **factors}
 
 
 def doubts(report: ReductionReport, settings: ReduceSettings) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import made_alike
 from pneumorph.study.animations import Animation
 from pneumorph.study.model_pair import ModelPair
 from pneumorph.study.robot_error import robot_error
@@ -62,8 +63,13 @@ def reduction_grid(
 
 
 def _with_part(robot: RobotSpec, path: Path) -> RobotSpec:
-    """The robot on one thread, with another reduction of its module."""
-    module = replace(robot.module, name=str(path), make_reduced=lambda: ReducedPart.load(path))
+    """The robot on one thread, with another reduction of its module, which weighs as much."""
+    own = robot.module.make_reduced()
+    module = replace(
+        robot.module,
+        name=str(path),
+        make_reduced=lambda: made_alike(ReducedPart.load(path), own),
+    )
     module.check_reduction()
     sites = tuple(site.with_modules(lambda _: module) for site in robot.sites)
     return replace(robot, sites=sites, thread_count=1)

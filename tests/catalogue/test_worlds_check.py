@@ -66,9 +66,7 @@ def test_a_reduction_of_a_leg_of_another_size_is_refused() -> None:
     others = [each for each in sizes if each not in alike]
     assert len(others) == 3
     for each in others:
-        with pytest.raises(
-            ValueError, match=r"mm large, expected 115\.\d x .* measured leg"
-        ):
+        with pytest.raises(ValueError, match=r"mm large, expected 115\.\d x .* measured leg"):
             check_worlds(paper_robot(), Randomisation(reductions=(each,)))
     for each in alike:
         check_worlds(paper_robot(), Randomisation(reductions=(each,)))

@@ -18,6 +18,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.finetuning import Finetuned
+from pneumorph.physics.calibration import Calibration
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.reduction_settings import ReductionSettings
@@ -43,6 +44,7 @@ _SHORT = (
     "--baseline.gait.duration-s 0.4 --baseline.gait.period-s 0.4 --baseline.record-step-count 10 "
     "--space.maximum-legs 4 --full.hub rigid --executor.process-count 1"
 )
+MODULUS_FACTOR = 1.2
 SETTINGS = CertificateSettings(
     world_count=4,
     tuning_world_count=1,
@@ -70,14 +72,16 @@ REDUCTION = ReduceSettings(
 
 @pytest.fixture(scope="module")
 def learned(mesh_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose leg of four modes stands for a small mesh."""
+    """A run whose leg of four modes stands for a small mesh, of a measured modulus."""
     folder = tmp_path_factory.mktemp("rounds")
     stiff = "--hub rigid --materials.silicone.young-modulus-kPa 6000"
     assert (
         run(f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} {stiff} --out {folder / 'leg'}".split())
         == 0
     )
+    Calibration(modulus_factor=MODULUS_FACTOR).save(folder / "calibration.json")
     leg = f"--part {folder / 'leg/leg.npz'} --full.mesh {mesh_file}"
+    leg += f" --calibration {folder / 'calibration.json'}"
     assert run(f"coopt --preset fast {leg} --out {folder / 'run'} {_SHORT}".split()) == 0
     return folder / "run"
 
@@ -117,6 +121,23 @@ def test_a_leg_that_parts_is_reduced_again_from_its_walks(
         residual = flat - (modes @ np.linalg.lstsq(modes, flat.T, rcond=None)[0]).T
         left.append(np.linalg.norm(residual) ** 2)
     assert left[1] < 0.01 * left[0]
+
+
+def test_a_rounds_leg_is_as_stiff_where_it_is_named_beside_the_runs_calibration(
+    learned: Path, certified: Certificate
+) -> None:
+    """Its file is of the leg under it, which counts once."""
+    file = Path(certified.rounds[-1].leg.part)
+    inside = ReducedPart.load(file)
+    asked = replace(FinishedRun.read(learned).robot, part=file)
+    read = asked.spec().module
+    assert read.reduced.tetrahedron_material == inside.tetrahedron_material
+    assert read.modulus_factor == MODULUS_FACTOR
+    rest = np.zeros(inside.mode_count)
+    np.testing.assert_allclose(
+        read.reduced.stiffness(rest), inside.stiffness(rest), rtol=1e-9, atol=1e-6
+    )
+    read.check_reduction()
 
 
 def test_gaits_are_learned_again_on_the_new_leg(learned: Path, certified: Certificate) -> None:
@@ -254,6 +275,7 @@ def test_a_training_ends_with_its_certificate_of_finite_elements(
     asked = "--certify --rounds.limit 0 --certified-world-count 4 --resume"
     settings = json.loads((learned / "settings.json").read_text())["robot"]
     leg = f"--part {settings['part']} --full.mesh {settings['full']['mesh']}"
+    leg += f" --calibration {settings['calibration']}"
     assert run(f"coopt --preset fast {leg} --out {again} {_SHORT} {asked}".split()) == 0
     found = json.loads((again / "summary.json").read_text())["certificate"]
     assert len(found["rounds"]) == 1

@@ -13,6 +13,7 @@ from pneumorph.cli import run
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshot_files import SnapshotFiles
+from pneumorph.reduction.snapshots import Snapshots
 
 
 def test_a_mesh_of_ones_own_becomes_a_reduced_part(
@@ -98,3 +99,55 @@ def test_a_walk_that_diverges_is_told_and_left_out(
     printed = capsys.readouterr()
     assert "diverged and is left out" in printed.err
     assert json.loads(printed.out)["walked_gait_count"] == 0
+
+
+def test_robots_that_walk_for_snapshots_and_do_not_come_to_the_end_are_left_out(
+    mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their legs were flung anywhere before they stopped."""
+    command = (
+        f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --hub rigid --out {tmp_path / 'leg'} --json "
+        "--materials.silicone.young-modulus-kPa 20000 --snapshots.walk.leg-counts 1 2 "
+        "--snapshots.walk.corner-limit 1 --snapshots.walk.hold-s 0.04 "
+        "--snapshots.walk.amplitude-kPa 5 --snapshots.walk.settling-steps 2"
+    ).split()
+    assert run(command) == 0
+    before = json.loads(capsys.readouterr().out)
+    assert not any("walk" in note for note in before["notes"])
+    file = tmp_path / "leg/snapshots/walk_1.npz"
+    walked = Snapshots.load(file)
+    walked.metadata["details"]["status"] = "diverged"
+    walked.save(file)
+    assert run(command) == 0
+    printed = capsys.readouterr()
+    summary = json.loads(printed.out)
+    (note,) = [note for note in summary["notes"] if "walked for snapshots" in note]
+    (name,) = walked.sources
+    assert note.endswith(f"and are left out: {name} (diverged)")
+    assert note in printed.err
+    assert summary["snapshot_count"] == before["snapshot_count"] - len(walked)
+    assert name not in ReducedPart.load(summary["part"]).metadata["snapshots"]["sources"]
+    # Where none came to its end there is no leg for robots that walk.
+    assert run([*command, "--snapshots.walk.leg-counts", "1"]) == 0
+    capsys.readouterr()
+    file = tmp_path / "leg/snapshots/walk_0.npz"
+    walked = Snapshots.load(file)
+    walked.metadata["details"]["status"] = "diverged"
+    walked.save(file)
+    assert run([*command, "--snapshots.walk.leg-counts", "1"]) != 0
+    assert "none of the robots that walk for snapshots came to its end" in capsys.readouterr().err
+
+
+def test_bends_beyond_the_usual_pressure_are_reported_and_no_balloon_is_told(
+    mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = (
+        f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --hub rigid --out {tmp_path} --json "
+        "--materials.silicone.young-modulus-kPa 20000 --materials.sheet.young-modulus-kPa 40000 "
+        "--snapshots.static.bend-pressure-kPa 600 --snapshots.static.load-count 0"
+    )
+    assert run(command.split()) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["bend"]["pressure_kPa"] == [150.0, 300.0, 450.0, 600.0]
+    assert ReducedPart.load(summary["part"]).seen_pressure_kPa == 600.0
+    assert not any("free bends" in note for note in summary["notes"])

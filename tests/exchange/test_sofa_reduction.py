@@ -23,6 +23,7 @@ from pneumorph.exchange.sofa_reduction import (
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
+from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
@@ -201,6 +202,21 @@ def test_springs_on_the_written_modes_hold_the_leg_as_its_mount_does(
         0.5 * alpha @ part.linear_stiffness @ alpha, rel=1e-5
     )
     assert np.max(stiffness) > 0.0
+
+
+@pytest.mark.parametrize("sampled", [True, False])
+def test_a_part_of_quadratic_elements_has_no_scene(tmp_path: Path, sampled: bool) -> None:
+    """Its points are several to an element: their numbers would be taken for those of elements,
+    where they are not too high for any."""
+    from helpers.synthetic_part import synthetic_part, vibration_modes
+
+    quadratic = synthetic_part((4, 4, 4), quadratic=True)
+    few = Cubature(np.arange(10), np.full(10, 50.0))
+    chosen = [few, few] if sampled else None
+    part = assemble_reduced_part(quadratic, vibration_modes(quadratic, 3), chosen)
+    with pytest.raises(ValueError, match=r"of 10-node tetrahedra .* expected linear ones"):
+        export_sofa_scene(tmp_path, part, quadratic)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_part_of_another_mesh_has_no_scene(

@@ -12,6 +12,7 @@ from helpers.synthetic_part import synthetic_part, synthetic_reduced_part, vibra
 
 from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.errors import force_errors
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
@@ -252,3 +253,16 @@ def test_a_balance_that_is_never_found_is_given_up(monkeypatch):
     found = modal_equilibrium(REDUCED, 1.0)
     assert not found.converged
     assert found.iterations == 200
+
+
+def test_finite_elements_of_another_mass_are_refused():
+    """But for what rounds a number of a data sheet."""
+    part = synthetic_reduced_part(mode_count=2, cells=(4, 4, 4))
+    for mass, same in ((0.105, True), (0.10505, True), (0.047, False)):
+        full = synthetic_part((4, 4, 4))
+        model = PartModel(full.mesh, full.material, mass, full.membranes, "cavity")
+        if same:
+            part.check_model(model)
+            continue
+        with pytest.raises(ArtefactError, match="weighs 105 g, got finite elements of 47 g"):
+            part.check_model(model)

@@ -12,14 +12,17 @@ from helpers.synthetic_part import synthetic_part
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction import walk_snapshots as walk_snapshots_file
-from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
-from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
+from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
+from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots, sound_files
+from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import (
@@ -203,6 +206,77 @@ def test_walks_in_other_physics_are_made_again_and_equilibria_are_not(tmp_path):
     assert changed == ["walk_0.npz"]
     there = other.states(np.arange(len(other)))[other.of("walk")]
     assert np.abs(there - walked).max() > 0.01 * np.abs(walked).max()
+
+
+def test_walks_on_another_hub_or_at_other_places_are_made_again(tmp_path):
+    """Equilibria of a single leg are not; nor is a walk of an earlier version, which does not say
+    what carried it."""
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    further = [Pose(pose.rotation, 1.1 * pose.translation) for pose in poses]
+    soft = SoftHub(PartModel(hub.mesh, Material(500.0, 0.3), 0.05))
+
+    def made_again(hub, poses):
+        before = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+        collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
+        return [p.name for p in tmp_path.iterdir() if p.stat().st_mtime_ns != before[p.name]]
+
+    collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
+    assert made_again(hub, poses) == []
+    for other, places in ((RigidHub(hub.mesh, 0.5), poses), (soft, poses), (hub, further)):
+        assert made_again(other, places) == ["walk_0.npz"]
+        assert made_again(other, places) == []
+    old = Snapshots.load(tmp_path / "walk_0.npz")
+    del old.metadata["carried"]
+    old.save(tmp_path / "walk_0.npz")
+    assert made_again(soft, poses) == []
+
+
+def test_walks_that_failed_are_left_out_and_loads_without_equilibrium_are_told(tmp_path):
+    """A walk of the first versions, which does not say how it ended, counts as one that did."""
+    details = {
+        "load_0": {"failed": [1, 5]},
+        "load_1": {"failed": []},
+        "walk_0": {"status": "completed"},
+        "walk_1": {"status": "diverged"},
+        "walk_2": None,
+    }
+    for name, known in details.items():
+        each = some_snapshots("load" if "load" in name else f"walk {name[-1]}.4")
+        each.metadata["details"] = known
+        each.save(tmp_path / f"{name}.npz")
+    files = SnapshotFiles([tmp_path / f"{name}.npz" for name in details])
+    sound, told = sound_files(files)
+    assert [path.stem for path in sound] == ["load_0", "load_1", "walk_0", "walk_2"]
+    walks, loads = told
+    assert walks.startswith("1 of the robots that walked for snapshots did not come to the end")
+    assert walks.endswith("walk 1.4 (diverged)")
+    assert loads == "2 of 10 loads had no equilibrium and are missing among the snapshots"
+    assert sound_files(SnapshotFiles(sound[1:3])) == (sound[1:3], [])
+
+
+def test_blocked_tips_have_the_rotation_of_the_other_equilibria(tmp_path):
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    blocked = BlockedSnapshotSettings(count=1, pressure_kPa=90.0)
+    states = {}
+    for rotation in ("edge", "polar"):
+        static = dataclasses.replace(WITHOUT_WALKS.static, rotation=rotation)
+        asked = dataclasses.replace(WITHOUT_WALKS, static=static, blocked=blocked)
+        files = collect_snapshots(part, hub, poses, asked, tmp_path)
+        states[rotation] = files.states(files.of("blocked"))[0]
+        exact = blocked_snapshots(part, blocked, rotation).displacement[0]
+        np.testing.assert_array_equal(states[rotation], exact)
+    assert np.abs(states["polar"] - states["edge"]).max() > 1e-4
+
+
+def test_a_corner_is_held_as_long_whatever_the_time_step(tmp_path):
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    plan = walk_plan(SETTINGS.walk, 0, 3)
+    steps = {0.01: 2 + 8, 0.005: 2 + 16}
+    for step_s, expected in steps.items():
+        acting = WalkPhysics(Physics(time_step_s=step_s))
+        walked = walk_snapshots(part, hub, poses, SETTINGS.walk, 0, acting)
+        assert walked.metadata["details"]["steps"] == expected
+        assert plan.step_count(SETTINGS.walk, step_s) == expected
 
 
 PUBLISHED = WalkSnapshotSettings(robots="all", corner_limit=None, hold_s=1.0)

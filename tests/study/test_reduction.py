@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from helpers.result_example import example
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh, paper_leg_mesh
+from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh, paper_leg, paper_leg_mesh
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.physics.air import Air
 from pneumorph.reduction.reduction_report import ReductionReport
@@ -24,17 +28,40 @@ class _Asked(Exception):
     """Carries what snapshots were asked for with."""
 
 
-def acting(options: ReduceOptions, folder: Path, monkeypatch) -> WalkPhysics:
-    """What would have acted on the walks."""
+def asked_for(monkeypatch, call) -> tuple[Any, ...]:
+    """What snapshots were asked for with."""
 
     def asked(*arguments):
-        raise _Asked(arguments[-1])
+        raise _Asked(arguments)
 
     monkeypatch.setattr(reduction, "collect_snapshots", asked)
     with pytest.raises(_Asked) as caught:
-        reduce_as_asked(options, RunFolder(folder, "reduce"))
-    found: WalkPhysics = caught.value.args[0]
+        call()
+    found: tuple[Any, ...] = caught.value.args[0]
     return found
+
+
+def acting(options: ReduceOptions, folder: Path, monkeypatch) -> WalkPhysics:
+    """What would have acted on the walks."""
+
+    given = asked_for(monkeypatch, lambda: reduce_as_asked(options, RunFolder(folder, "reduce")))
+    found: WalkPhysics = given[-1]
+    return found
+
+
+def test_a_leg_is_reduced_where_it_is_mounted(tmp_path, monkeypatch):
+    """One whose attachment face is elsewhere in its frame than the paper's leg has it."""
+    mesh = paper_leg_mesh()
+    away = np.array([10.0, 0.0, -4.0])
+    moved = replace(mesh, nodes=mesh.nodes + away, contact_points=mesh.contact_points + away)
+    robot = paper_robot(paper_leg("published", None, moved, LegMaterials()), hub_model="rigid")
+    given = asked_for(monkeypatch, lambda: reduction.reduce(robot, tmp_path))
+    full = robot.full("1.1.1.1.1.1.1.1")
+    for pose, leg, site in zip(given[2], full.legs, robot.sites, strict=True):
+        np.testing.assert_array_equal(pose.translation, leg.pose.translation)
+        np.testing.assert_array_equal(pose.rotation, leg.pose.rotation)
+        apart = pose.rotation.T @ (pose.translation - site.pose.translation)
+        np.testing.assert_allclose(apart, -away, atol=1e-9)
 
 
 def test_friction_and_regulators_of_walks_are_the_protocols(tmp_path, monkeypatch):
