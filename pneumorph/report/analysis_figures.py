@@ -6,6 +6,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.friction_margin import friction_margin
 from pneumorph.report.pairs_figure import Pair, pairs_figure
+from pneumorph.report.plan import plans_of_spec
 from pneumorph.report.robustness_figures import friction_figure, margin_figure
 from pneumorph.report.style import save_figure
 from pneumorph.report.walk_figures import cycle_figure, step_figure
@@ -77,9 +78,10 @@ def draw_analysis(
                 for label, (each, walker, _) in robots.items()
             ],
             spec.regulators,
+            plans_of_spec(spec),
         ),
         **{
-            f"cycle_{label}": cycle_figure(walk, settings.cycle_s)
+            f"cycle_{label}": cycle_figure(walk, settings.cycle_s, goal)
             for label, (_, _, walk) in robots.items()
         },
     }

@@ -120,11 +120,16 @@ def _replay_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[Se
         if not simulated.exists():
             continue
         walked = Trajectory.load(simulated)
-        actors: list[Actor | MarkerActor] = [Actor.of(walked, f"{label} simulated")]
+        actors: list[Actor | MarkerActor] = [Actor.of(walked, f"{label} simulated", found.goal)]
         duration_s = float(walked.time_s[-1])
         if (trial := _first_trial(each, found.step_s, duration_s, run)) is not None:
             actors.append(MarkerActor.of(trial, f"{label} {trial.name.replace('_', ' ')}"))
-        replay = sheet.replayed(actors, "The simulation, and the marker of the first trial.")
+        caption = "The simulation, and the marker of the first trial."
+        if not found.goal.is_forward:
+            caption += (
+                f" Of the simulation {found.goal.label} is told, of a marker its way forward."
+            )
+        replay = sheet.replayed(actors, caption)
         sections.append(Section(f"Replay of {label}", replay))
     return sections
 

@@ -91,6 +91,7 @@ def reward_figure(
     plan_of: PlanOf = paper_plan,
     goal: Goal = FORWARD,
     baseline_world: str = "",
+    labels: Sequence[str] | None = None,
 ) -> Figure:
     """Return what of a goal is achieved, rewards in its unit, against timesteps (paper, figure 7).
 
@@ -106,14 +107,17 @@ def reward_figure(
         plan_of: What a design looks like from above.
         goal: What is achieved.
         baseline_world: Where the expert walked, if that is not where these rounds did.
+        labels: What each pair is called, empty for one that has no name; None for L1, L2, ...
 
     Raises:
         ValueError: No rounds.
     """
     timestep = _timesteps(metrics)
     pairs = pairs[:_MOST_PAIRS]
+    names = labels or [f"L{rank}" for rank in range(1, len(pairs) + 1)]
+    named = list(zip(names, pairs, strict=False))
     figure = new_figure(6.6 if pairs else 5.2, 3.6 if pairs else 3.2)
-    axes = _with_plan_views(figure, pairs, plan_of, goal) if pairs else figure.add_subplot()
+    axes = _with_plan_views(figure, named, plan_of, goal) if pairs else figure.add_subplot()
     shares = np.array([each["score_histogram"] for each in metrics])
     if shares.shape[1] >= len(histogram_edges_cm):
         raise ValueError(
@@ -135,12 +139,12 @@ def reward_figure(
         axes.annotate(goal.said(learned), (timestep[-1], learned), xytext=(0, 5),
                       textcoords="offset points", ha="right", va="bottom")  # fmt: skip
     # The first pair is the end of the blue line.
-    for rank, pair in enumerate(pairs[1:], start=2):
+    for label, pair in named[1:]:
         far = goal.of_pair(pair)
         if pair.timestep is not None and far is not None:
             place = (pair.timestep, far)
             axes.plot(*place, "o", color=INK_COLOUR, markersize=3, clip_on=False)
-            axes.annotate(f"L{rank}", place, xytext=(4, -8), textcoords="offset points", size=7,
+            axes.annotate(label, place, xytext=(4, -8), textcoords="offset points", size=7,
                           path_effects=white_between())  # fmt: skip
     zero_line(axes)
     highest = max(np.nan_to_num(best).max(), baseline or 0.0, learned or 0.0)
@@ -160,17 +164,17 @@ def best_of_round(metrics: Mapping[str, Any]) -> float | None:
 
 
 def _with_plan_views(
-    figure: Figure, pairs: Sequence[LearnedPair], plan_of: PlanOf, goal: Goal
+    figure: Figure, pairs: Sequence[tuple[str, LearnedPair]], plan_of: PlanOf, goal: Goal
 ) -> Axes:
     """Draw the pairs' designs in a column at the right and return the axes at the left."""
     columns = figure.add_gridspec(1, 2, width_ratios=(5.2, 1.2))
     views = columns[1].subgridspec(_MOST_PAIRS, 1)
-    for rank, pair in enumerate(pairs, start=1):
-        view = figure.add_subplot(views[rank - 1])
+    for row, (label, pair) in enumerate(pairs):
+        view = figure.add_subplot(views[row])
         framed_plan_view(view, plan_of(Design.parse(pair.design)))
         far = goal.of_pair(pair)
         said = "failed" if far is None else goal.said(far)
-        view.set_title(f"L{rank}: {said}", size=7, loc="center", pad=2)
+        view.set_title(f"{label}: {said}" if label else said, size=7, loc="center", pad=2)
     return figure.add_subplot(columns[0])
 
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _STEP_S = 0.02
+_USUAL_KPA = 90.0
+"""What the highest pressure of the paper's gaits is."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,21 @@ def pairs_figure(
     panels = figure.subplots(
         regulators + 1, len(pairs), squeeze=False, height_ratios=[1.7] + [1.0] * regulators
     )
-    for column, pair in enumerate(pairs):
+    courses = [_pressures(pair.gait, regulators_of(pair.design)) for pair in pairs]
+    shown = [
+        values[:, : pair.design.highest_regulator].max(initial=_USUAL_KPA)
+        for pair, (_, *both) in zip(pairs, courses, strict=True)
+        for values in both
+    ]
+    highest = float(max(shown))
+    margin, tick = 4.0 / _USUAL_KPA * highest, 10.0 * (highest // 10.0)
+    for column, (pair, (time_s, commanded, smoothed)) in enumerate(
+        zip(pairs, courses, strict=True)
+    ):
         above = panels[0, column]
         framed_plan_view(above, plan_of(pair.design), number_size=6.5)
         far = "" if pair.achieved is None else f": {pair.goal.said(pair.achieved)}"
         above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
-        time_s, commanded, smoothed = _pressures(pair.gait, regulators_of(pair.design))
         for index in range(regulators):
             axes = panels[index + 1, column]
             colour = regulator_colour(index + 1)
@@ -79,7 +90,9 @@ def pairs_figure(
                 continue
             axes.plot(time_s, commanded[:, index], color=colour, linewidth=0.7, linestyle="--")
             axes.plot(time_s, smoothed[:, index], color=colour, linewidth=1.2)
-            axes.set(ylim=(-4, 94), yticks=[0, 45, 90], xlim=(0, time_s[-1]))
+            axes.set(
+                ylim=(-margin, highest + margin), yticks=[0, tick / 2, tick], xlim=(0, time_s[-1])
+            )
             axes.tick_params(labelleft=column == 0)
             last = index + 1 == pair.design.highest_regulator
             axes.tick_params(labelbottom=last)

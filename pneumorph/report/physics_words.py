@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol, get_args, runtime_checkable
 
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
@@ -109,6 +109,30 @@ class InPhysics(Protocol):
 
     @property
     def physics(self) -> Physics | None: ...
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """What a result of any kind tells of how its robots were simulated."""
+
+    physics: Physics | None = None
+    damping: str | None = None
+    model: str | None = None
+
+
+MEAN_OVER_WORLDS = "mean over the training's worlds"
+"""What the numbers of a training's pairs are, where designs walk in several worlds each."""
+
+
+def walked_in(physics: str, drawn: bool = False) -> str:
+    """A sentence of where robots walk; empty where that is not known.
+
+    Args:
+        physics: Its words.
+        drawn: Whether their worlds are drawn at random.
+    """
+    around = "worlds drawn around " if drawn else ""
+    return f"Robots walk in {around}{physics}." if physics else ""
 
 
 def physics_of(found: object) -> str:

@@ -14,13 +14,14 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.run_folder import SETTINGS, SUMMARY
 from pneumorph.environment.goal import Goal
 from pneumorph.report import page
+from pneumorph.report.expert_words import expert_elsewhere
 from pneumorph.report.page import Section
 from pneumorph.report.physics_words import physics_of
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.style import FIGURE_FILES, FigureFormat
-from pneumorph.report.verb_pages import EXPERT, PAGES, TRAINING, VerbPage
+from pneumorph.report.verb_pages import EXPERT, PAGES, TRAINING, VerbPage, experts_numbers
 from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.baseline import BestPhase
 from pneumorph.study.finished_run import FinishedRun
@@ -137,7 +138,9 @@ def _told_of(run: FinishedRun) -> Iterator[None]:
 def _headline(found: Any, run: FinishedRun, shown: VerbPage, goal: Goal) -> str:
     first = [(number, found) for number in shown.headline]
     if run.source is not None and run.source.verb in ("coopt", "demo"):
-        first += [(number, run.source.result(BestPhase)) for number in EXPERT]
+        elsewhere = expert_elsewhere(run)
+        numbers = experts_numbers(elsewhere) if elsewhere else EXPERT
+        first += [(number, run.source.result(BestPhase)) for number in numbers]
     written = [number.said(result, goal) for number, result in first]
     return page.numbers(dict(each for each in written if each is not None))
 

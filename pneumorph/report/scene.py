@@ -80,7 +80,10 @@ class Actor:
         return cls(trajectory, label, shape_of(trajectory, label), goal=goal)
 
     def travelled(self, frame: int) -> str:
-        """What it has achieved at a frame, for a person."""
+        """What it has achieved at a frame, for a person; how its walk ended where that was before
+        its end: such a robot has no distance."""
+        if self.trajectory.status not in ("completed", "running"):
+            return self.trajectory.status
         way = self.goal.along(self.trajectory)[frame]
         return f"{way:+.{self.goal.digits}f}{self.goal.symbol}"
 

@@ -12,6 +12,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.metrics import DRAWN, HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
+from pneumorph.report.expert_words import expert_elsewhere
 from pneumorph.report.learning_figures import (
     AS_IT_STANDS,
     entropy_figure,
@@ -27,7 +28,7 @@ from pneumorph.study.baseline import BestPhase
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import SearchFindings
-from pneumorph.study.training_result import TrainingResult
+from pneumorph.study.training_result import LearnedPair, TrainingResult
 
 _DRAWN_PAIRS = 5
 
@@ -60,15 +61,18 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
     if not metrics:
         return []
     # Those that training saw; the best pairs of a fine-tuned run are later than the last of it.
+    seen = (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS]
+    labels = _labels(seen, found)
     rewards = reward_figure(
         metrics,
         HISTOGRAM_EDGES_CM,
         found.best_achieved_by_expert,
         _best(found),
-        (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS],
+        seen,
         plans_of(run.robot),
         found.goal,
         AS_IT_STANDS if found.randomisation else "",
+        labels,
     )
     body = page.side_by_side(
         sheet.drawn(
@@ -76,7 +80,8 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
             rewards,
             f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
             "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
-            f"where training saw its best pairs.{_beginnings(found)}{_own_reward(found)}",
+            f"where training saw its best pairs.{_later(found, labels)}{_beginnings(found)}"
+            f"{_own_reward(found)}",
         ),
         sheet.drawn(
             "entropy",
@@ -86,6 +91,22 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         ),
     )
     return [Section("Training", body)]
+
+
+def _labels(seen: Sequence[LearnedPair], found: TrainingResult) -> list[str]:
+    """What pairs that training saw are called: as among the best pairs, where their designs are;
+    empty where they are not."""
+    ranks = {pair.design: f"L{rank}" for rank, pair in reversed([*enumerate(found.pairs, start=1)])}
+    return [ranks.get(pair.design, "") for pair in seen]
+
+
+def _later(found: TrainingResult, labels: Sequence[str]) -> str:
+    """That fine-tuning came after what the figure shows of its pairs, where it did."""
+    later = found.seen_pairs and found.finetuning_timesteps
+    said = " The robots beside it are told as they walked then, before fine-tuning."
+    return (said if later else "") + (
+        "" if all(labels) else " Those without a name are none of the best pairs."
+    )
 
 
 def _own_reward(found: TrainingResult) -> str:
@@ -150,7 +171,14 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
     ]
     sections = [
         *_pair_sections(
-            found.pairs, run, sheet, goal, baseline, "The best pairs of the run", Path(found.run)
+            found.pairs,
+            run,
+            sheet,
+            goal,
+            baseline,
+            "The best pairs of the run",
+            Path(found.run),
+            elsewhere=expert_elsewhere(run),
         ),
         Section("Walked again", page.table(header, rows)),
     ]
@@ -197,6 +225,7 @@ def _pair_sections(
     gait_folder: Path | None = None,
     label: str = "",
     beside: Mapping[str, Sequence[object]] | None = None,
+    elsewhere: str = "",
 ) -> list[Section]:
     """Sections of the pairs of a run's summary.
 
@@ -210,6 +239,8 @@ def _pair_sections(
         gait_folder: Of their gaits; None for the run's own.
         label: Of what they achieved; empty for that of the goal.
         beside: Further columns of their table, by header.
+        elsewhere: Where the expert walked, if that is not where the pairs did: then it only stands
+            beside them.
     """
     if not pairs:
         return []
@@ -225,7 +256,7 @@ def _pair_sections(
         run.design(f"{place}.design")
         missing.append(f"L{rank} (no file is named)" if path is None else f"L{rank} ({path})")
     found = drawn[:_DRAWN_PAIRS]
-    body = _pair_table(pairs, baseline, goal, label or goal.label, beside or {})
+    body = _pair_table(pairs, baseline, goal, label or goal.label, beside or {}, elsewhere)
     if found:
         physics, plans = run.robot.physics, plans_of(run.robot)
         rate = physics.pressure_rate_kPa_per_s
@@ -261,16 +292,21 @@ def _pair_table(
     goal: Goal,
     label: str,
     beside: Mapping[str, Sequence[object]],
+    elsewhere: str,
 ) -> str:
     base = None if baseline is None else baseline.best_achieved_by_expert
     header, rows = ["", "design", goal.in_unit(label)], list[list[object]]()
-    if baseline is not None:
+    compared = baseline is not None and not elsewhere
+    if compared:
         header.append(goal.in_unit("over the baseline"))
-        rows.append(["B", baseline.baseline_design, base, 0.0, *[None] * len(beside)])
+    if baseline is not None:
+        label_of_expert = f"B, {elsewhere}" if elsewhere else "B"
+        over = [0.0] if compared else []
+        rows.append([label_of_expert, baseline.baseline_design, base, *over, *[None] * len(beside)])
     for rank, pair in enumerate(pairs, start=1):
         far = goal.of_pair(pair)
         row: list[object] = [f"L{rank}", pair.design, "failed" if far is None else far]
-        if baseline is not None:
+        if compared:
             row.append("" if far is None or base is None else far - base)
         rows.append([*row, *(values[rank - 1] for values in beside.values())])
     return page.table([*header, *beside], rows)

@@ -33,6 +33,8 @@ def training_view_data(
     plan_of: PlanOf = paper_plan,
     goal: Goal = FORWARD,
     baseline_world: str = "",
+    where: str = "",
+    of_pairs: str = "",
 ) -> dict[str, Any]:
     """Return what the page shows, as JSON values.
 
@@ -44,12 +46,14 @@ def training_view_data(
         plan_of: What a design looks like from above.
         goal: What is achieved.
         baseline_world: Where the expert walked, if that is not where the robots learn.
+        where: The robots walk, in a sentence.
+        of_pairs: What the best pairs' numbers are, where they are not of one walk.
     """
     return {
-        "status": _status(snapshot),
-        "numbers": page.numbers(_headline(snapshot, goal)),
+        "status": f"{_status(snapshot)} {where}".strip(),
+        "numbers": page.numbers(_headline(snapshot, goal, of_pairs)),
         "figures": _figures(snapshot, baseline, goal, baseline_world),
-        "designs": _designs(snapshot, space, plan_of, goal),
+        "designs": _designs(snapshot, space, plan_of, goal, of_pairs),
         "replay": None if best is None else replay_data([best]),
     }
 
@@ -83,15 +87,17 @@ def _status(snapshot: TrainingSnapshot) -> str:
     return f"Training: {made}; the last round was written {snapshot.last_round_s_ago:.0f} s ago."
 
 
-def _headline(snapshot: TrainingSnapshot, goal: Goal) -> dict[str, str]:
+def _headline(snapshot: TrainingSnapshot, goal: Goal, of_pairs: str = "") -> dict[str, str]:
     if not snapshot.metrics:
         return {}
     last = snapshot.metrics[-1]
     best, mean = best_of_round(last), goal.of_reward(last["return_mean_cm"])
+    label = f"best {goal.label}"
     if best is None and snapshot.pairs:  # of robots in drawn worlds they are known at the end
         best = snapshot.pairs[0].achieved
+        label += f", {of_pairs}" if of_pairs else ""
     return {
-        f"best {goal.label}": "none yet" if best is None else goal.said(best),
+        label: "none yet" if best is None else goal.said(best),
         "mean of the last round": goal.said(mean),
         "entropy of the designs": f"{last['design_entropy']:.2f}",
         "its target": f"{last['design_entropy_target']:.2f}",
@@ -119,7 +125,9 @@ def _figures(
     )
 
 
-def _designs(snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf, goal: Goal) -> str:
+def _designs(
+    snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf, goal: Goal, of_pairs: str
+) -> str:
     if not snapshot.pairs:
         return page.paragraph(
             "They come with the first checkpoint, of robots in drawn worlds at the end.", "note"
@@ -127,7 +135,8 @@ def _designs(snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf, go
     return "".join(
         page.drawn(
             plan_view_figure(plan_of(space[pair.design])),
-            f"{space[pair.design]}, {goal.said(pair.achieved)}",
+            f"{space[pair.design]}, {goal.said(pair.achieved)}"
+            + (f", {of_pairs}" if of_pairs else ""),
         )
         for pair in snapshot.pairs[:SHOWN_DESIGNS]
     )

@@ -91,6 +91,21 @@ class HeadlineNumber:
         return None if value is None else (self.label, self.pattern.format(value))
 
 
+@dataclass(frozen=True)
+class _OfBestRun(HeadlineNumber):
+    """What the best run of a campaign achieved of its own goal: a campaign has none."""
+
+    def said(self, found: Campaign, goal: Goal = FORWARD) -> tuple[str, str] | None:
+        """As of any number; in the unit of the best run's goal."""
+        best = next((each for each in found.runs if each.name == found.best_run), None)
+        if best is None or best.goal.is_forward:
+            return super().said(found)
+        value = _value(best, "best_achieved")
+        return (
+            None if value is None else (f"{best.goal.label} {self.of_goal}", best.goal.said(value))
+        )
+
+
 def _value(found: Any, attribute: str) -> Any:
     """A result's value; None for one that is not known."""
     for name in attribute.split("."):
@@ -130,17 +145,26 @@ def _certified(certificate: str) -> tuple[HeadlineNumber, ...]:
     )
 
 
-EXPERT = (
-    HeadlineNumber(
-        "baseline_best_distance_cm",
-        "the expert's best phase in the world as it stands",
-        "{:.1f} cm",
-        "best_achieved_by_expert",
-        "of the expert's best phase in the world as it stands",
-    ),
-    HeadlineNumber("baseline_best_phase_deg", "the expert's best phase there", "{:.0f}°"),
-)
-"""Of the expert's sweep, which stands beside what is made of a training."""
+def experts_numbers(where: str = "in the world as it stands") -> tuple[HeadlineNumber, ...]:
+    """Of the expert's sweep, which stands beside what is made of a training.
+
+    Args:
+        where: It walked.
+    """
+    return (
+        HeadlineNumber(
+            "baseline_best_distance_cm",
+            f"the expert's best phase {where}",
+            "{:.1f} cm",
+            "best_achieved_by_expert",
+            f"of the expert's best phase {where}",
+        ),
+        HeadlineNumber("baseline_best_phase_deg", "the expert's best phase there", "{:.0f}°"),
+    )
+
+
+EXPERT = experts_numbers()
+"""The same in the world that its own robots, and those beside it, walk in."""
 _BEST_DISTANCE = HeadlineNumber(
     "best_distance_cm",
     "distance of the best pair",
@@ -220,7 +244,12 @@ PAGES = {
         "A robot walks",
         "One design under one gait.",
         SimulatedWalk,
-        (HeadlineNumber("distance_cm", "distance", "{:.1f} cm"), _DESIGN, _STATUS, _TIME),
+        (
+            HeadlineNumber("distance_cm", "distance", "{:.1f} cm", "achieved", "of the robot"),
+            _DESIGN,
+            _STATUS,
+            _TIME,
+        ),
         (leg_sections,),
     ),
     "baseline": VerbPage(
@@ -236,7 +265,7 @@ PAGES = {
         "Many trainings",
         "How seeds and settings compare.",
         Campaign,
-        (replace(_BEST_DISTANCE, achieved=""), _BEST_DESIGN, _STATUS, _TIME),
+        (_OfBestRun(**{**vars(_BEST_DISTANCE), "achieved": ""}), _BEST_DESIGN, _STATUS, _TIME),
         (campaign_sections,),
     ),
     "search": VerbPage(

@@ -212,7 +212,8 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0, goal: Goal = FORW
         panels[3].set(ylabel="load (N)")
     achieved = goal.along(trajectory)[inside]
     travel.plot(since, achieved - achieved[0], color=INK_COLOUR)
-    travel.set(ylabel="travel (cm)", xlabel=f"time since {begin_s:g} s (s)", xlim=(0, cycle_s))
+    way = goal.in_unit("turn" if goal.turns else "travel")
+    travel.set(ylabel=way, xlabel=f"time since {begin_s:g} s (s)", xlim=(0, cycle_s))
     for axes in panels[:-1]:
         legend_beside(axes)
     return figure

@@ -86,10 +86,13 @@ def replay_section(
     )
     end_s = max(float(each.time_s[-1]) for each in trajectories.values())
     times_s = [end_s * number / (_STILL_COUNT - 1) for number in range(_STILL_COUNT)]
+    whole = all(each.status == "completed" for each in trajectories.values())
+    ended = "" if whole else " or how it ended before its end"
     stills = sheet.drawn(
         _named("frames", group),
         frames_figure(actors, [round(each, 2) for each in times_s]),
-        f"The robots at instants of their walk, with their {goal.label}; lines are 5 cm apart.",
+        f"The robots at instants of their walk, with their {goal.label}{ended}; lines are 5 cm "
+        "apart.",
     )
     return Section(_titled("Replay", group), replay + stills)
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder, read_settings
 from pneumorph.gait.phase_sweep import PhaseSweep
@@ -18,6 +20,12 @@ from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.snapshot import TrainingSnapshot, training_snapshot
 from pneumorph.report.learning_figures import AS_IT_STANDS
 from pneumorph.report.page import write_html
+from pneumorph.report.physics_words import (
+    MEAN_OVER_WORLDS,
+    physics_name,
+    physics_words,
+    walked_in,
+)
 from pneumorph.report.plan import plans_of
 from pneumorph.report.replay.live_server import LivePage
 from pneumorph.report.scene import Actor
@@ -76,7 +84,8 @@ class WatchedRun:
         self.folder = folder
         self.settings = run.structured("coopt", CooptSettings)
         self._spec, self._plan_of = run.spec(), plans_of(run.robot)
-        self._baseline_world = AS_IT_STANDS if run.settings.get("randomize") else ""
+        self._has_drawn_worlds = run.has_drawn_worlds
+        self._baseline_world = AS_IT_STANDS if run.has_drawn_worlds else ""
         self._best: tuple[DesignGaitPair, Actor] | None = None
 
     def moment(self) -> WatchedMoment:
@@ -157,12 +166,16 @@ class WatchedRun:
             self._plan_of,
             self.settings.task.goal,
             self._baseline_world,
+            walked_in(physics_words(self._spec.physics), self._has_drawn_worlds),
+            MEAN_OVER_WORLDS if self.settings.objective.is_robust else "",
         )
 
     def _baseline(self) -> float | None:
         """What the expert's best phase achieves, where the sweep is done."""
         file = self.folder / SWEEP_FILE
-        return float(PhaseSweep.load(file).counted.max()) if file.exists() else None
+        counted = PhaseSweep.load(file).counted if file.exists() else np.zeros(0)
+        walked = counted[np.isfinite(counted)]
+        return float(walked.max()) if len(walked) else None
 
     def _crawling(self, pair: DesignGaitPair) -> Actor:
         same = self._best is not None and (self._best[0].design, self._best[0].distance_cm) == (
@@ -179,7 +192,8 @@ class WatchedRun:
                 pair.gait(action_s, task),
                 settling_steps=task.settling_step_count,
             )
-            self._best = pair, Actor.of(trajectory, str(design), task.goal)
+            label = f"{design}\n{physics_name(self._spec.physics)}"
+            self._best = pair, Actor.of(trajectory, label, task.goal)
         return self._best[1]
 
 

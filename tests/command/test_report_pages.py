@@ -114,6 +114,23 @@ def test_results_stand_beside_the_baseline(runs: Path, tmp_path: Path) -> None:
     assert "<td>B</td><td>1.0.0.2.2.0.0.1</td>" in content
 
 
+def test_an_evaluation_in_another_physics_is_not_compared_with_the_trainings_expert(
+    runs: Path, tmp_path: Path
+) -> None:
+    """What the expert does there nobody walked; what it did in the training is told as that."""
+    baseline = json.loads((runs / "coopt" / "summary.json").read_text())[
+        "baseline_best_distance_cm"
+    ]
+    again = f"evaluate {runs / 'coopt'} --pair-count 1 --physics.friction 0.3 --out {tmp_path}"
+    assert run(again.split()) == 0
+    assert run(["report", str(tmp_path), "--figure-files"]) == 0
+    content = (tmp_path / "report" / "page.html").read_text().replace("&#x27;", "'")
+    label = "the expert's best phase in the training's physics"
+    assert f"<b>{baseline:.1f} cm</b><span>{label}</span>" in content
+    assert "<td>B, in the training's physics</td><td>1.0.0.2.2.0.0.1</td>" in content
+    assert "over the baseline" not in content
+
+
 def test_page_says_what_each_beginning_of_a_training_came_to(runs: Path) -> None:
     scores = json.loads((runs / "coopt" / "summary.json").read_text())["restart_scores_cm"]
     assert len(scores) == 2

@@ -15,6 +15,7 @@ from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.deployment_log import LoggedPressures
 from pneumorph.physics.ground import Ground, Steps
 from pneumorph.physics.open_loop_gait import sample_commands
@@ -247,6 +248,12 @@ def test_the_cycle_shows_what_counts(walked: Trajectory) -> None:
     )
     np.testing.assert_allclose(backward, -np.asarray(forward), atol=1e-9)
     assert np.abs(forward).max() > 1e-3
+    for goal, said in (
+        (FORWARD, "travel (cm)"),
+        (Goal("heading", 180.0), "travel (cm)"),
+        (Goal("turn_right"), "turn (°)"),
+    ):
+        assert cycle_figure(walked, goal=goal).axes[-1].get_ylabel() == said
 
 
 def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:
@@ -297,3 +304,17 @@ def test_smoothed_pressures_follow_at_the_limited_rate() -> None:
     assert np.abs(np.diff(commanded.get_ydata()) / step_s).max() > 20.0
     with pytest.raises(ValueError, match="pairs is empty"):
         pairs_figure([], lambda _: RateLimited(150.0))
+
+
+@pytest.mark.parametrize(("highest_kPa", "top"), [(90.0, 90.0), (40.0, 90.0), (126.0, 126.0)])
+def test_pressures_of_every_gait_are_inside_their_panels(highest_kPa: float, top: float) -> None:
+    """All panels alike; a regulator that no leg has does not count."""
+    held = np.array([[0.0, highest_kPa, 140.0], [highest_kPa, 0.0, 0.0]])
+    gait = HeldGait(np.arange(2.0), held, 2.0, maximum_pressure_kPa=150.0)
+    pairs = [Pair("L1", DESIGN, ExpertGait(), None), Pair("L2", DESIGN, gait, None)]
+    figure = pairs_figure(pairs, lambda _: RateLimited(1000.0))
+    for axes in figure.axes:
+        for line in axes.lines:
+            assert line.get_ydata().max() <= top
+            assert axes.get_ylim() == pytest.approx((-4.0 * top / 90.0, top * (1.0 + 4.0 / 90.0)))
+            assert axes.get_ylim()[1] > axes.get_yticks()[-1] > 0.9 * top

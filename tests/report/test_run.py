@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +15,10 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.physics.air import Air
 from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
+from pneumorph.report import page
+from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.run_page import write_run_page
+from pneumorph.report.scene import Actor
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_trajectories import recorded_trajectories
 from pneumorph.study.simulated_walk import SimulatedWalk
@@ -75,8 +80,27 @@ def test_a_page_says_in_which_physics_its_distances_are(make_trajectory, tmp_pat
         if physics is None:
             del summary["physics"]
         (tmp_path / "summary.json").write_text(json.dumps(summary))
-        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "page.html", figure_files=())
-        assert said in Path(page.page).read_text()
+        made = write_run_page(FinishedRun.read(tmp_path), tmp_path / "page.html", figure_files=())
+        assert said in Path(made.page).read_text()
+
+
+def figures_of(page: str) -> list[str]:
+    """The figures of a page as text: they are images in base64, which hide what they say."""
+    found = re.findall(r"data:image/svg\+xml;base64,([A-Za-z0-9+/=]+)", page)
+    return [base64.b64decode(each).decode() for each in found]
+
+
+def test_a_robot_that_walked_has_its_distance_in_the_figures_of_a_page(
+    make_trajectory, tmp_path: Path
+) -> None:
+    """So the figures are read where a robot has none."""
+    actor = Actor.of(make_trajectory(speed_mm_per_s=64.5), "a")
+    drawn = page.drawn(frames_figure([actor], [0.0, 2.0], 160), "")
+    (text,) = figures_of(drawn)
+    assert "+12.9 cm" in text
+    for status, said in (("running", "+12.9 cm"), ("diverged", "diverged"), ("fell", "fell")):
+        walk = replace(make_trajectory(speed_mm_per_s=64.5), status=status)
+        assert Actor.of(walk, "a").travelled(20) == said
 
 
 def test_a_robot_that_diverged_has_no_distance_on_a_page(make_trajectory, tmp_path: Path) -> None:
@@ -102,9 +126,12 @@ def test_a_robot_that_diverged_has_no_distance_on_a_page(make_trajectory, tmp_pa
     for earlier in ({}, {"distance_cm": -512.9}):  # what an earlier version wrote
         summary = {"verb": "simulate", **result_to_dict(found), **earlier}
         (tmp_path / "summary.json").write_text(json.dumps(summary))
-        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "page.html", figure_files=())
-        text = Path(page.page).read_text()
-        assert "512.9" not in text
+        made = write_run_page(FinishedRun.read(tmp_path), tmp_path / "page.html", figure_files=())
+        text = Path(made.page).read_text()
+        drawn = figures_of(text)
+        assert len(drawn) == 1
+        assert "512.9" not in text + drawn[0]
+        assert drawn[0].count(">diverged<") == 5  # each of its stills
         assert "<h2>Robots without a distance" in text
         assert "diverged" in text
         assert "<h2>Distance and path" not in text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,6 +11,7 @@ from helpers.result_example import example
 
 from pneumorph.environment.goal import FORWARD
 from pneumorph.report import training_sections as told
+from pneumorph.report.plan import paper_plan
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.training_result import TrainingResult
 
@@ -80,3 +82,47 @@ def test_the_sweep_shows_the_learned_pair_in_the_same_world(
     told.sweep_sections(found, unused, sheet)
     told.sweep_sections(replace(found, replayed_distance_cm=None), unused, sheet)
     assert [learned for _, _, learned, _ in drawn] == [17.75, 12.25]
+
+
+def test_a_design_is_called_the_same_wherever_it_is_on_a_page(
+    found: TrainingResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fine-tuning reorders what training saw; what it left behind has no name of another robot."""
+    first, second = found.pairs
+    left = replace(second, design="1.2.0.1.0.0", distance_cm=11.0)
+    fine_tuned = replace(found, own_task=None, seen_pairs=(second, left, first))
+    rounds = [
+        {
+            "timestep": 100,
+            "best_distance_cm": 12.0,
+            "return_mean_cm": 0.5,
+            "design_entropy": 9.0,
+            "design_entropy_target": 8.5,
+            "score_histogram": [0.25, 0.75],
+        }
+    ]
+    monkeypatch.setattr(told, "read_metrics", lambda *_: rounds)
+    monkeypatch.setattr(told, "plans_of", lambda _: paper_plan)
+
+    class Sheet:
+        def drawn(self, name: str, figure: Any, caption: str) -> str:
+            texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+            titles = [axes.get_title(loc="center") for axes in figure.axes]
+            return " | ".join([*titles, *texts, caption])
+
+    class TrainedRun:
+        folder, robot = Path(), None
+
+    run: Any = TrainedRun()
+    sheet: Any = Sheet()
+    (section,) = told.training_sections(fine_tuned, run, sheet)
+    drawn = section.body
+    assert "L2: 10.5 cm | 11.0 cm | L1: 12.2 cm" in drawn
+    assert "before fine-tuning. Those without a name are none of the best pairs." in drawn
+    untuned = replace(fine_tuned, finetuning_timesteps=0)
+    (section,) = told.training_sections(untuned, run, sheet)
+    assert "Those without a name" in section.body
+    assert "fine-tuning" not in section.body
+    (section,) = told.training_sections(replace(fine_tuned, seen_pairs=()), run, sheet)
+    assert "L1: 12.2 cm | L2: 10.5 cm" in section.body
+    assert "fine-tuning" not in section.body

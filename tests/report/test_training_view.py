@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pneumorph.environment.goal import FORWARD
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.snapshot import TrainingSnapshot
-from pneumorph.report.training_view import _headline
+from pneumorph.report.physics_words import MEAN_OVER_WORLDS, walked_in
+from pneumorph.report.training_view import _headline, training_view_data
+from pneumorph.robot.design_space import DesignSpace
 
 
 @pytest.mark.parametrize(
@@ -24,3 +28,22 @@ def test_the_best_is_that_of_the_round_or_what_was_found(
     pairs = [DesignGaitPair(0, np.zeros((1, 3)), each, each, "policy", 9, each) for each in found]
     headline = _headline(TrainingSnapshot([last], pairs, 9, 9, 0.0), FORWARD)
     assert headline[f"best {FORWARD.label}"] == said
+
+
+def test_a_page_tells_where_robots_walk_and_what_a_mean_is() -> None:
+    """The best of rounds is of one walk, what was found at the end of the training's worlds."""
+    last = {"best_distance_cm": None, "return_mean_cm": 1.0, "timestep": 9,
+            "design_entropy": 2.0, "design_entropy_target": 2.0,
+            "score_histogram": [0.25, 0.75]}  # fmt: skip
+    pairs = [DesignGaitPair(0, np.zeros((1, 3)), 7.0, 7.0, "policy", 9, 7.0)]
+    snapshot = TrainingSnapshot([last], pairs, 9, 9, 0.0)
+    where = walked_in("published physics", drawn=True)
+    told = training_view_data(snapshot, DesignSpace(), None, where=where, of_pairs=MEAN_OVER_WORLDS)
+    assert told["status"].endswith("Robots walk in worlds drawn around published physics.")
+    assert "best distance, mean over the training&#x27;s worlds" in told["numbers"]
+    assert "7.0 cm, mean over the training&#x27;s worlds" in told["designs"]
+    of_rounds = replace(snapshot, metrics=[{**last, "best_distance_cm": 4.0}])
+    assert _headline(of_rounds, FORWARD, MEAN_OVER_WORLDS)["best distance"] == "4.0 cm"
+    plain = training_view_data(snapshot, DesignSpace(), None)
+    assert "mean over" not in plain["numbers"] + plain["designs"]
+    assert plain["status"].endswith("timesteps.")

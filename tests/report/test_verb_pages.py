@@ -14,7 +14,9 @@ from pneumorph.report.experiment_sections import analysis_sections
 from pneumorph.report.verb_pages import EXPERT, PAGES, HeadlineNumber
 from pneumorph.study.analysis import Analysis
 from pneumorph.study.baseline import BestPhase
+from pneumorph.study.campaign import Campaign, CampaignRun
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.simulated_walk import SimulatedWalk
 
 SHOWN = [
     *((page.result, number) for page in PAGES.values() for number in page.headline),
@@ -62,6 +64,32 @@ def test_a_value_that_is_not_known_is_not_shown() -> None:
     )
     object.__setattr__(sweep, "baseline_best_distance_cm", float("nan"))
     assert distance.said(sweep) is None
+
+
+def test_the_first_number_of_a_turning_robot_is_its_turn() -> None:
+    turn = Goal("turn_left", cm_per_unit=0.1)
+    walk = replace(example(SimulatedWalk), distance_cm=1.25, achieved=47.9, goal=turn)
+    first = PAGES["simulate"].headline[0]
+    assert first.said(walk, turn) == ("turn to the left of the robot", "48°")
+    assert first.said(walk) == ("distance", "1.2 cm")
+    assert first.said(replace(walk, achieved=None), turn) is None
+
+
+def test_the_first_number_of_a_campaign_is_of_its_best_runs_goal() -> None:
+    turn = Goal("turn_left", cm_per_unit=0.1)
+    run = replace(example(CampaignRun), name="run-0", goal=turn, best_achieved=47.9)
+    found = replace(
+        example(Campaign),
+        best_run="run-1",
+        best_distance_cm=1.25,
+        runs=(run, replace(run, name="run-1", best_achieved=61.2)),
+    )
+    first = PAGES["campaign"].headline[0]
+    assert first.said(found) == ("turn to the left of the best pair", "61°")
+    crawled = replace(found, runs=(replace(run, name="run-1", goal=Goal()),))
+    assert first.said(crawled) == ("distance of the best pair", "1.2 cm")
+    none = replace(found, best_run=None, best_distance_cm=None)
+    assert first.said(none) is None
 
 
 @pytest.mark.parametrize("verb", PAGES)

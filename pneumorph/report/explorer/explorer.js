@@ -187,7 +187,8 @@ const pneumorphExplorer = (() => {
     if (design.probability !== null) lines.push(["probability", chance(design.probability)]);
     if (design.pair) {
       const far = design.pair[1] === null ? "failed" : `${design.pair[1].toFixed(2)}${data.unit}`;
-      lines.push(["best pair", `${design.pair[0]}, ${far}`]);
+      const mean = data.of_pairs && design.pair[1] !== null ? `, ${data.of_pairs}` : "";
+      lines.push(["best pair", `${design.pair[0]}, ${far}${mean}`]);
     }
     return lines.map(([name, value]) => `<dt>${name}</dt><dd>${value}</dd>`).join("");
   }

@@ -79,6 +79,7 @@ def explorer_data(
             scored.place(index): [label, None if np.isnan(distance) else round(distance, 3)]
             for index, (label, distance) in scored.pairs.items()
         },
+        "of_pairs": scored.of_pairs,
         "robots": robots,
         "replay": replay_data(actors, replay) if actors else None,
         "command": command,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -14,7 +14,9 @@ from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.learn.checkpoint import KIND, load_checkpoint
 from pneumorph.learn.design_distribution import gibbs
 from pneumorph.learn.factored_distribution import FactoredDistribution
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
+from pneumorph.report.physics_words import MEAN_OVER_WORLDS, Simulated, physics_of, walked_in
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun
@@ -40,6 +42,7 @@ class ScoredDesigns:
         meaning: What the score is, in a sentence.
         indices: Indices of the designs in the space, (design,); None for all, in its order.
         goal: What they are to do.
+        of_pairs: What the pairs' numbers are, where they are not of one walk.
     """
 
     space: DesignSpace
@@ -50,6 +53,7 @@ class ScoredDesigns:
     meaning: str = "No scores: no run was given."
     indices: np.ndarray | None = None
     goal: Goal = FORWARD
+    of_pairs: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.space) if self.indices is None else len(self.indices)
@@ -110,14 +114,12 @@ def unscored(space: DesignSpace) -> ScoredDesigns:
     )
 
 
-_OR_EVALUATED = ", or of a best pair that has none what ranked it at the end"
-
-
 def scored_by_training(run: FinishedRun) -> ScoredDesigns:
     """Return the designs of a coopt run with the distribution of its newest checkpoint; of a
     factored one those that walked, and their mirror images where these count as well.
 
-    A score of exactly zero is that of a design which was never tried, or failed, and becomes NaN.
+    A score is of a walk, where designs walk in several worlds of one in these: of designs that did
+    not walk the checkpoint has what is expected of any. A best pair has what ranked it at the end.
 
     Raises:
         FileNotFoundError: The run has no checkpoint.
@@ -125,36 +127,75 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
         ValueError: Its space is not that of its settings.
     """
     space = run.structured("coopt.space", DesignSpace)
+    settings = run.structured("coopt", CooptSettings)
     checkpoint = load_checkpoint(run.folder / "training")
     arrays = checkpoint.arrays
     with reading(checkpoint.path, KIND):
         if "distribution/seen" in arrays:
-            return _scored_by_factors(run, space, arrays)
+            return _scored_by_factors(run, space, settings, arrays)
         scores = arrays["distribution/scores"]
         beta = float(arrays["distribution/inverse_temperature"])
-    known = {index: score for index, score in enumerate(scores.tolist()) if score != 0.0}
-    known = _evaluated_scores(space, run) | known
+        tried = _tried(arrays, settings.objective)
+    score_cm = np.where(tried, scores, np.nan)
+    for index, score in _evaluated_scores(space, run).items():
+        score_cm[index] = score
     return ScoredDesigns(
         space,
-        np.array([known.get(index, np.nan) for index in range(len(scores))]),
+        score_cm,
         gibbs(scores, beta),
         _pairs(space, run),
-        meaning=f"Score: newest {_score_of(run)} in training{_OR_EVALUATED}; none where a design "
-        "was not tried or failed.",
+        meaning=f"{_meaning(run, settings)} {_where(run)}".strip(),
         goal=run.goal,
+        of_pairs=_of_pairs(settings),
     )
 
 
-def _score_of(run: FinishedRun) -> str:
-    """What designs were ranked by: the goal, or what else the training says."""
-    ranked_by = run.summary.get("ranked_by")
-    return ranked_by if isinstance(ranked_by, str) else run.goal.label
+def _tried(arrays: Mapping[str, np.ndarray], objective: Objective) -> np.ndarray:
+    """Which designs have a score of a walk that counts, (design,) bool."""
+    scores = arrays["distribution/scores"]
+    if "distribution/walked" not in arrays:
+        # Of an earlier version, in which a design that was not tried, or failed, has zero.
+        return np.asarray(scores != 0.0)
+    tried = arrays["distribution/walked"] & ~arrays["distribution/failing"]
+    if objective.is_robust and "distribution/nominal" in arrays:
+        tried = tried & ~arrays["distribution/nominal"]
+    return np.asarray(tried)
+
+
+def _meaning(run: FinishedRun, settings: CooptSettings) -> str:
+    """What the scores of a training are: in its rounds designs walk in fewer worlds than those
+    that rank the best pairs at the end."""
+    told, objective = run.summary.get("ranked_by"), settings.objective
+    at_end = told if isinstance(told, str) else run.goal.label
+    in_rounds = at_end
+    if objective.is_robust:
+        of_round = replace(objective, evaluation_worlds=objective.worlds_per_design)
+        in_rounds = at_end.replace(objective.said, of_round.said)
+    raised = settings.expected_scores and not settings.is_factored
+    more = ", or what the critic expects where that is more" if raised else ""
+    ranked = "what ranked it at the end" + ("" if at_end == in_rounds else f", {at_end}")
+    single = ", or walked last in a single world" if objective.is_robust else ""
+    return (
+        f"Score: newest {in_rounds} in training{more}; of a best pair {ranked}. None where a "
+        f"design did not walk, or failed{single}."
+    )
+
+
+def _of_pairs(settings: CooptSettings) -> str:
+    return MEAN_OVER_WORLDS if settings.objective.is_robust else ""
+
+
+def _where(run: FinishedRun) -> str:
+    """Where the robots of a training walked, in a sentence."""
+    return walked_in(physics_of(run.result(Simulated)), run.has_drawn_worlds)
 
 
 def _scored_by_factors(
-    run: FinishedRun, space: DesignSpace, arrays: Mapping[str, np.ndarray]
+    run: FinishedRun,
+    space: DesignSpace,
+    settings: CooptSettings,
+    arrays: Mapping[str, np.ndarray],
 ) -> ScoredDesigns:
-    settings = run.structured("coopt", CooptSettings)
     distribution = FactoredDistribution(
         space, settings.schedule, settings.factored, settings.mirrored_scores
     )
@@ -166,15 +207,20 @@ def _scored_by_factors(
         }
     )
     pairs = _pairs(space, run)
+    seen, left_out = distribution.seen, set[int]()
+    if settings.objective.is_robust:
+        left_out = distribution.nominal
     scores = {design: np.nan for design in pairs}
-    for design, (score, failed) in distribution.seen.items():
-        known = np.nan if failed else score
-        if settings.mirrored_scores:
-            scores.setdefault(int(space.images(np.array([design]))[0][0]), known)
-        scores[design] = known
-    for design, score in _evaluated_scores(space, run).items():
-        if np.isnan(scores[design]):
+    for design, (score, failed) in seen.items():
+        if not failed and design not in left_out:
             scores[design] = score
+        else:
+            scores.setdefault(design, np.nan)
+        if settings.mirrored_scores:
+            image = int(space.images(np.array([design]))[0][0])
+            if image not in seen or image in left_out:
+                scores[image] = scores[design]
+    scores |= _evaluated_scores(space, run)
     indices = np.array(sorted(scores))
     return ScoredDesigns(
         space,
@@ -182,9 +228,10 @@ def _scored_by_factors(
         distribution.probability_of(indices),
         pairs,
         goal=run.goal,
-        meaning=f"Score: newest {_score_of(run)} in training{_OR_EVALUATED}. These are "
-        f"{len(indices)} designs that walked or whose mirror image did, of {len(space):.3g}.",
+        meaning=f"{_meaning(run, settings)} These are {len(indices)} designs that walked or whose "
+        f"mirror image did, of {len(space):.3g}. {_where(run)}".strip(),
         indices=indices,
+        of_pairs=_of_pairs(settings),
     )
 
 
@@ -202,7 +249,8 @@ def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
     score_cm = np.array([pairs.get(int(index), ("", np.nan))[1] for index in known])
     score_cm = score_cm * goal.cm_per_unit
     model = run.of_summary("model", str)
-    meaning = f"Score: {goal.label} of the pairs of {run.folder}, {model} model."
+    where = walked_in(physics_of(run.result(Simulated)))
+    meaning = f"Score: {goal.label} of the pairs of {run.folder}, {model} model. {where}".strip()
     return ScoredDesigns(space, score_cm, None, pairs, meaning=meaning, indices=indices, goal=goal)
 
 

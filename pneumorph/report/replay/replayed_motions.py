@@ -14,6 +14,7 @@ from pneumorph.hardware.trial import read_trial
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.page import write_html
+from pneumorph.report.physics_words import physics_of_walks
 from pneumorph.report.replay.page import page_of, player_of
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
@@ -28,7 +29,7 @@ class ReplayedMotions:
     page: str
     page_bytes: int
     robots: tuple[str, ...]
-    """Labels."""
+    """Labels, without the physics."""
     frames: tuple[int, ...]
     """Frames that were kept of each robot."""
     mode_counts: tuple[int, ...]
@@ -63,7 +64,7 @@ def replay_motions(
     actors = side_by_side(motions, spacing_mm)
     folder.progress.stage("writing the replay")
     data = replay_data(actors, settings)
-    title = " and ".join(actor.label for actor in actors)
+    title = " and ".join(actor.label.replace("\n", ", ") for actor in actors)
     path = write_html(folder / "replay.html", page_of(title, player_of(data)))
     errors = [each["largest_error_mm"] for each in data["robots"] if "largest_error_mm" in each]
     filmed = {}
@@ -73,7 +74,7 @@ def replay_motions(
     return ReplayedMotions(
         page=str(path),
         page_bytes=path.stat().st_size,
-        robots=tuple(each["label"] for each in data["robots"]),
+        robots=tuple(each["label"].split("\n")[0] for each in data["robots"]),
         frames=tuple(each["frames"] for each in data["robots"]),
         mode_counts=tuple(each["mode_count"] for each in data["bases"]),
         largest_error_mm=max(errors, default=None),
@@ -103,10 +104,17 @@ def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
     path = Path(name)
     recorded = next((path / each for each in RECORDED if (path / each).is_file()), None)
     if recorded is not None:
-        return Actor.of(Trajectory.load(recorded), label or path.name, _goal(path))
+        return _simulated(recorded, label or path.name, _goal(path))
     if path.is_dir():
         return MarkerActor.of(read_trial(path, video), label or f"{path.name} (measured)")
-    return Actor.of(Trajectory.load(path), label or path.stem, _goal(path.parent))
+    return _simulated(path, label or path.stem, _goal(path.parent))
+
+
+def _simulated(file: Path, name: str, goal: Goal) -> Actor:
+    """A recorded robot by its name, and below it the physics that it walked in, where told."""
+    walked = Trajectory.load(file)
+    made_in = physics_of_walks([walked])
+    return Actor.of(walked, f"{name}\n{made_in}" if made_in else name, goal)
 
 
 def _goal(folder: Path) -> Goal:

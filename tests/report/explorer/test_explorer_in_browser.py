@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import comb
 from pathlib import Path
 from typing import Any
@@ -65,6 +66,17 @@ def names(page: Any) -> list[str]:
 def show(page: Any, **filters: Any) -> list[str]:
     page.evaluate("filters => pneumorphExplorer.set(filters)", filters)
     return names(page)
+
+
+@pytest.mark.parametrize("of_pairs", ["", "mean over the training's worlds"])
+def test_what_a_best_pairs_number_is_stands_beside_it(
+    of_pairs: str, scored: ScoredDesigns, tmp_path: Path, open_page: OpenPage
+) -> None:
+    told = replace(scored, of_pairs=of_pairs)
+    page = open_page(write_explorer(tmp_path / "explorer.html", told, "Designs", "", EXACT))
+    page.evaluate(f"pneumorphExplorer.select('{EXPERT}')")
+    found = page.locator(".details dl dd").last.text_content()
+    assert found == "L1, 4.25 cm" + (f", {of_pairs}" if of_pairs else "")
 
 
 def test_filters_show_as_many_designs_as_there_are(page_file: Path, open_page: OpenPage) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.checkpoint import save_checkpoint
 from pneumorph.learn.design_distribution import gibbs
+from pneumorph.learn.factored_distribution import FactoredDistribution
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.physics.physics import Physics
 from pneumorph.report.explorer.page import explorer_data
 from pneumorph.report.explorer.scored_designs import (
     ScoredDesigns,
@@ -31,28 +35,113 @@ TASK = CrawlingTask(regulator_count=2)
 PAIRS = [{"design": "1.2.1.2", "distance_cm": 3.5}, {"design": "0.1.1.2", "distance_cm": None}]
 
 
-def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None:
-    scores = np.arange(SPACE.size, dtype=float)
-    arrays = {"distribution/scores": scores, "distribution/inverse_temperature": np.array(0.5)}
+ROBUST = {"kind": "mean_minus_deviations", "worlds_per_design": 4, "evaluation_worlds": 16}
+RANKED_BY = "mean less 1 standard deviations of 16 worlds"
+
+
+def trained(
+    folder: Path,
+    arrays: dict[str, np.ndarray],
+    pairs: list[dict[str, Any]],
+    summary: dict[str, Any] | None = None,
+    **coopt: Any,
+) -> FinishedRun:
+    """A run whose newest checkpoint has arrays of a distribution."""
     metadata = {
         "timestep": 1, "update_count": 0, "failure_count": 0, "seconds": {}, "random_state": "{}",
         "settings": {}, "provenance": {}, "wall_s": 1.0, "remarks": [],
     }  # fmt: skip
-    save_checkpoint(tmp_path / "training", arrays, metadata)
-    asked = {"space": settings_to_dict(SPACE), "task": settings_to_dict(TASK)}
-    run = FinishedRun(tmp_path, {"pairs": PAIRS}, {"coopt": asked})
-    scored = scored_by_training(run)
+    named = {f"distribution/{name}": values for name, values in arrays.items()}
+    save_checkpoint(folder / "training", named, metadata)
+    asked = {"space": settings_to_dict(SPACE), "task": settings_to_dict(TASK), **coopt}
+    return FinishedRun(folder, {"pairs": pairs, **(summary or {})}, {"coopt": asked})
+
+
+def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None:
+    """Of an earlier version, which has zero where a design never walked, or failed."""
+    scores = np.arange(SPACE.size, dtype=float)
+    arrays = {"scores": scores, "inverse_temperature": np.array(0.5)}
+    scored = scored_by_training(trained(tmp_path, arrays, PAIRS))
     assert scored.space == SPACE
     assert np.isnan(scored.score_cm[0])  # never tried, or failed
     assert np.array_equal(scored.score_cm[1:], scores[1:])
     np.testing.assert_allclose(scored.probability, gibbs(scores, 0.5))
     assert scored.pairs[SPACE.index(Design.parse("1.2.1.2"))] == ("L1", 3.5)
     assert np.isnan(scored.pairs[SPACE.index(Design.parse("0.1.1.2"))][1])
-    # A best pair that training itself did not score, as a mirror image, has what ranked it.
-    first = {"design": str(SPACE[0]), "distance_cm": 2.5, "score_cm": 1.25}
-    scored_first = {"design": str(SPACE[1]), "distance_cm": 2.0, "score_cm": 1.5}
-    run = FinishedRun(tmp_path, {"pairs": [first, scored_first]}, {"coopt": asked})
-    assert scored_by_training(run).score_cm[:2].tolist() == [1.25, scores[1]]
+
+
+def test_a_best_pair_has_what_ranked_it_whatever_it_did_in_training(tmp_path: Path) -> None:
+    """The run's own order of its pairs is that of the page."""
+    scores = np.full(SPACE.size, 9.0)
+    scores[0] = 0.0
+    pairs = [
+        {"design": str(SPACE[index]), "distance_cm": 2.5, "score_cm": score_cm}
+        for index, score_cm in ((1, 1.5), (0, 1.25))
+    ]
+    run = trained(tmp_path, {"scores": scores, "inverse_temperature": np.array(0.5)}, pairs)
+    assert scored_by_training(run).score_cm[:3].tolist() == [1.25, 1.5, 9.0]
+
+
+def test_a_design_that_did_not_walk_has_no_score(tmp_path: Path) -> None:
+    """A checkpoint has for it what is expected of any; it says which walked, and in which worlds.
+    Their probabilities are those that they are drawn with."""
+    scores = np.full(SPACE.size, -10.5)
+    scores[:4] = 7.0, -1e3, 12.0, 3.0
+    walked, failing, nominal = np.zeros((3, SPACE.size), dtype=bool)
+    walked[:4], failing[1], nominal[2] = True, True, True
+    arrays = {
+        "scores": scores, "inverse_temperature": np.array(0.5), "walked": walked,
+        "failing": failing, "nominal": nominal, "untried_cm": np.array(-10.5),
+    }  # fmt: skip
+    told = {"ranked_by": RANKED_BY, "physics": settings_to_dict(Physics(friction=0.8))}
+    robust = scored_by_training(trained(tmp_path, arrays, [], told, objective=ROBUST))
+    assert np.flatnonzero(np.isfinite(robust.score_cm)).tolist() == [0, 3]
+    assert robust.score_cm[[0, 3]].tolist() == [7.0, 3.0]
+    np.testing.assert_allclose(robust.probability, gibbs(scores, 0.5))
+    assert "newest mean less 1 standard deviations of 4 worlds in training" in robust.meaning
+    assert f"of a best pair what ranked it at the end, {RANKED_BY}" in robust.meaning
+    assert "walked last in a single world" in robust.meaning
+    assert "Robots walk in published physics but for friction, published damping, friction 0.8" in (
+        robust.meaning
+    )
+    assert robust.of_pairs == "mean over the training's worlds"
+    one = scored_by_training(trained(tmp_path / "one", arrays, []))
+    assert np.flatnonzero(np.isfinite(one.score_cm)).tolist() == [0, 2, 3]
+    assert one.meaning == (
+        "Score: newest distance in training; of a best pair what ranked it at the end. None where "
+        "a design did not walk, or failed."
+    )
+    assert one.of_pairs == ""
+    del arrays["nominal"]  # of an earlier version
+    earlier = trained(tmp_path / "earlier", arrays, [], told, objective=ROBUST)
+    assert np.flatnonzero(np.isfinite(scored_by_training(earlier).score_cm)).tolist() == [0, 2, 3]
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_of_designs_beyond_a_list_scores_of_single_worlds_are_left_out(
+    mirrored: bool, tmp_path: Path
+) -> None:
+    """Unless the mirror image walked in several, where its score counts as well."""
+    asked = {"distribution": "factored", "objective": ROBUST, "mirror_transitions": mirrored}
+    own = trained(tmp_path, {}, [], **asked).structured("coopt", CooptSettings)
+    assert own.mirrored_scores == mirrored
+    distribution = FactoredDistribution(SPACE, own.schedule, own.factored, mirrored)
+    images = SPACE.images(np.arange(SPACE.size))[0]
+    first, *others = np.flatnonzero(images != np.arange(SPACE.size)).tolist()
+    fallen = next(each for each in others if each != images[first])
+    of_one = np.array([first, fallen])
+    distribution.take_round(of_one, np.array([12.0, -1e3]), np.array([False, True]))
+    in_worlds = np.array([images[first]])
+    distribution.take_round(in_worlds, np.array([5.0]), np.array([False]), in_worlds=True)
+    scored = scored_by_training(trained(tmp_path, distribution.arrays(), [], **asked))
+    assert scored.indices is not None
+    known = dict(zip(scored.indices.tolist(), scored.score_cm.tolist(), strict=True))
+    assert known[int(images[first])] == 5.0
+    assert np.isnan(known[fallen])
+    if mirrored:
+        assert known[first] == 5.0
+    else:
+        assert np.isnan(known[first])
 
 
 def test_scores_of_another_space_are_refused(tmp_path: Path) -> None:
@@ -73,6 +162,10 @@ def test_an_evaluation_scores_its_pairs_alone() -> None:
     scored = scored_by_evaluation(run, SPACE)
     assert np.flatnonzero(np.isfinite(scored.score_cm)) == [SPACE.index(Design.parse("1.2.1.2"))]
     assert scored.probability is None
+    assert scored.meaning == "Score: distance of the pairs of runs/e, reduced model."
+    told = {"pairs": PAIRS, "model": "reduced", "physics": settings_to_dict(Physics(friction=0.8))}
+    of_known = scored_by_evaluation(FinishedRun(Path("runs/e"), told, {}), SPACE)
+    assert "model. Robots walk in published physics but for friction" in of_known.meaning
     assert not np.isfinite(unscored(SPACE).score_cm).any()
 
 

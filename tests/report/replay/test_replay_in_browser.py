@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pneumorph.base.heading import LEAST_UPRIGHT
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.goal import Goal
 from pneumorph.geometry.pose import rotation_about
@@ -94,6 +95,49 @@ def test_what_is_told_of_a_robot_is_its_goal(
     achieved = goal.achieved(spun)
     assert achieved is not None
     assert goal.said(achieved) in page.locator(".pr-view").inner_text()
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_robot_that_turned_over_has_not_turned(
+    axis: str, crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """Onto its back and further round, and then to the left where it stands again."""
+    goal, count = Goal("turn_left"), len(crawl.time_s)
+    over = [rotation_about(axis, each) for each in np.linspace(0.0, 360.0, count)]
+    back = [rotation_about(axis, each) for each in np.linspace(0.0, 180.0, count)]
+    left = [
+        rotation_about("z", each) @ tipped
+        for each, tipped in zip(np.linspace(0.0, 50.0, count), over, strict=True)
+    ]
+    walks = [replace(crawl, hub_rotation=np.stack(each)) for each in (back, over, left)]
+    assert [goal.achieved(walk) for walk in walks] == pytest.approx([0.0, 0.0, 50.0], abs=1e-9)
+    actors = side_by_side([Actor.of(walk, str(n), goal) for n, walk in enumerate(walks)])
+    page = open_page(write_replay(tmp_path / "over.html", actors))
+    for number, walk in enumerate(walks):
+        player = f"{PLAYER}.motions[{number}]"
+        told = [page.evaluate(f"{player}.achieved({frame})") for frame in range(count)]
+        np.testing.assert_allclose(told, goal.along(walk), atol=1e-3)
+    # Between two frames it faces where it did as well.
+    for time_s, expected in ((0.5 * (crawl.time_s[7] + crawl.time_s[8]), 0.0),
+                             (crawl.time_s[-1], 0.0)):  # fmt: skip
+        page.evaluate(f"{PLAYER}.seek({time_s})")
+        assert page.evaluate(f"{PLAYER}.motions[0].achieved()") == pytest.approx(expected, abs=1e-3)
+
+
+def test_the_player_holds_the_heading_from_the_same_tilt_on(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """Just above it a robot that tips over to the side while it turns is still seen to turn."""
+    goal, count = Goal("turn_left"), len(crawl.time_s)
+    limit_deg = np.degrees(np.arccos(LEAST_UPRIGHT))
+    for lean_deg, expected in ((limit_deg - 0.1, 40.0), (limit_deg + 0.1, 0.0)):
+        tipped = rotation_about("x", lean_deg)
+        turns = [rotation_about("z", each) @ tipped for each in np.linspace(0.0, 40.0, count)]
+        walk = replace(crawl, hub_rotation=np.stack(turns))
+        page = open_page(write_replay(tmp_path / "lean.html", [Actor.of(walk, "a", goal)]))
+        told = page.evaluate(f"{PLAYER}.motions[0].achieved({count - 1})")
+        assert told == pytest.approx(expected, abs=1e-3)
+        assert goal.achieved(walk) == pytest.approx(expected, abs=1e-9)
 
 
 def test_robots_of_several_goals_are_compared_by_their_way_forward(

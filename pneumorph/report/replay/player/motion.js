@@ -31,7 +31,9 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
   }
 
   const FORWARD = { label: "distance", symbol: " cm", digits: 1, direction: [1, 0, 0] };
+  const LEAST_UPRIGHT = 0.3; // as pneumorph/base/heading.py has it
   const whole = (turn) => turn - 2 * Math.PI * Math.round(turn / (2 * Math.PI));
+  const degrees = (angle) => angle * 180 / Math.PI;
 
   class Motion {
     constructor(robot, bases) {
@@ -39,6 +41,7 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
       // What of its way is told: cm forward, cm to the left and degrees turned to the left count.
       this.goal = robot.goal || FORWARD;
       this.turns = []; // to the left since the first frame, whole circles counted [degrees]
+      this.headings = []; // where it faced last, from forward to the left [rad]
       this.simulated = robot.kind === "simulated";
       // Heights that it walks on; null on a plane.
       this.ground = robot.ground
@@ -171,18 +174,22 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
       return (forward * (now[0] - start[0]) + left * (now[1] - start[1])) / 10;
     }
 
-    // Turn to the left since the first frame [degrees], now or in a frame.
+    // Turn to the left since the first frame [degrees], now or in a frame. A robot that is tipped
+    // over faces where it did, so that turning over is no turn; before it stood, along the axis.
     turned(frame) {
-      const { hub } = this.parts, heading = (row) => {
+      const { hub } = this.parts;
+      const facing = (row, before) => {
         const r = rotationOf(row);
-        return Math.atan2(r[3], r[0]);
+        return r[8] > LEAST_UPRIGHT ? Math.atan2(r[3], r[0]) : before;
       };
-      const degrees = (later, earlier) => whole(heading(later) - heading(earlier)) * 180 / Math.PI;
       for (let i = this.turns.length; i < hub.length; i++) {
-        this.turns.push(i ? this.turns[i - 1] + degrees(hub[i], hub[i - 1]) : 0);
+        const before = i ? this.headings[i - 1] : 0, now = facing(hub[i], before);
+        this.headings.push(now);
+        this.turns.push(i ? this.turns[i - 1] + degrees(whole(now - before)) : 0);
       }
       if (frame !== undefined) return this.turns[frame];
-      return this.turns[this.frame] + degrees(this.hub, hub[this.frame]);
+      const before = this.headings[this.frame];
+      return this.turns[this.frame] + degrees(whole(facing(this.hub, before) - before));
     }
 
     // Height of the floor below a place [mm]; null where it is not known.
