@@ -189,12 +189,18 @@ def _parsed(
     from pneumorph.command.verb import CommonOptions
 
     arguments = current_arguments(arguments)
-    preset = default = verb.preset(_value_of("--preset", arguments))
-    file = _value_of("--settings", arguments)
+    preset = default = verb.preset(_last(_values_of("--preset", arguments)))
+    files = _values_of("--settings", arguments)
+    if len(files) > 1:
+        raise ValueError(
+            f"--settings is given {len(files)} times ({', '.join(files)}), expected one file: only "
+            "the last would count; put their settings into one"
+        )
+    file = _last(files)
     if file is not None:
         with _told_of_other_verb(Path(file), name):
             default = load_settings(verb.options, Path(file), default)
-    described = _value_of("--robot", arguments)
+    described = _last(_values_of("--robot", arguments))
     if described is not None and not _must_be_given(preset):
         # Flags beside it change that robot: ten legs are not too many for twelve sites.
         default = layered(default, [layer_of_flag(verb.options, "--robot", described)])
@@ -308,14 +314,20 @@ def _wrapped(description: str) -> str:
     return "\n\n".join(textwrap.fill(" ".join(p.split()), width) for p in paragraphs)
 
 
-def _value_of(flag: str, arguments: list[str]) -> str | None:
-    """Return the value of a flag that must be known before the others can be read."""
+def _values_of(flag: str, arguments: list[str]) -> list[str]:
+    """Return the values of a flag that must be known before the others can be read."""
+    found = []
     for index, argument in enumerate(arguments):
         if argument == flag and index + 1 < len(arguments):
-            return arguments[index + 1]
-        if argument.startswith(f"{flag}="):
-            return argument.split("=", 1)[1]
-    return None
+            found.append(arguments[index + 1])
+        elif argument.startswith(f"{flag}="):
+            found.append(argument.split("=", 1)[1])
+    return found
+
+
+def _last(values: list[str]) -> str | None:
+    """Return the value that counts; None where the flag is not given."""
+    return values[-1] if values else None
 
 
 def _peak_memory_mb() -> float:

@@ -8,7 +8,7 @@ gaits. Leg, physics and worlds are the run's unless a flag says otherwise, such 
 (friction, modulus, mass, regulator lag and floor slope, written like "U(0.9, 1.5)").
 
 With --record or --model full, writes each pair's trajectory and replay.html, which shows them side
-by side.
+by side. Finished walks of finite elements are kept in full_order, and the same ones are read.
 
 Example: pneumorph evaluate runs/quick --model full --pair-count 1 --out runs/check
 """
@@ -26,6 +26,7 @@ from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.replay.page import write_side_by_side
 from pneumorph.study.evaluation import (
+    REPLAY_PAGE,
     Evaluation,
     EvaluationSettings,
     evaluate,
@@ -53,11 +54,12 @@ def run(options: EvaluateOptions, folder: RunFolder) -> Evaluation:
     if settings.model == "reduced":
         options.robot.refuse_full_options()
     evaluated = evaluate(options.run, settings, options.robot.spec(), folder)
-    walks = {
-        f"L{rank} {pair.design}": folder.path / trajectory_file(settings.model, rank)
-        for rank, pair in enumerate(evaluated.pairs, start=1)
-    }
-    write_side_by_side(folder / "replay.html", walks, str(folder.path), evaluated.goal)
+    if settings.records:
+        walks = {
+            f"L{rank} {pair.design}": folder.path / trajectory_file(settings.model, rank)
+            for rank, pair in enumerate(evaluated.pairs, start=1)
+        }
+        write_side_by_side(folder / REPLAY_PAGE, walks, str(folder.path), evaluated.goal)
     return evaluated
 
 

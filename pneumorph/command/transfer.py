@@ -25,6 +25,7 @@ from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.plan import plans_of
 from pneumorph.report.trial_figures import save_transfer_figures
+from pneumorph.study.deployed_otherwise import deployed_otherwise
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.transfer import Transfer, TransferSettings, transfer
 
@@ -44,7 +45,7 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
     if options.settings.model == "reduced":
         options.robot.refuse_full_options()
     deployed = [Path(text.rpartition("=")[2]) for text in options.runs]
-    told = [note for each in deployed for note in _of_other_physics(each, options.robot)]
+    told = [note for each in deployed for note in deployed_otherwise(each, options.robot)]
     for note in told:
         folder.progress.say(note)
     compared = transfer(options.runs, options.settings, options.robot.spec(), folder)
@@ -54,19 +55,6 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
         figures=tuple(str(each) for each in figures),
         notes=(*told, *compared.found.notes),
     )
-
-
-def _of_other_physics(deployment: Path, robot: RobotOptions) -> list[str]:
-    """What to tell where what was deployed had another physics than the simulation beside it."""
-    if not (deployment / SUMMARY).is_file():
-        return []
-    theirs, ours = (each.physics_name for each in (FinishedRun.read(deployment).robot, robot))
-    if theirs == ours:
-        return []
-    return [
-        f"{deployment} was deployed in the {theirs} physics and is simulated in the {ours} "
-        f"one; --physics {theirs} simulates it as deployed"
-    ]
 
 
 def taken_over(options: TransferOptions) -> TakenOver | None:

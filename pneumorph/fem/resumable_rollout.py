@@ -58,11 +58,12 @@ def resumable_rollout(
     watch: Callable[[Trajectory], None] | None = None,
     highest_kPa: float = HIGHEST_COMMAND_KPA,
     resumed: Callable[[float], None] | None = None,
+    keep_checkpoint: bool = False,
 ) -> Trajectory:
     """Follow commands from the settled state, saving the way so far.
 
     The same commands and the same robot go on from the checkpoint; others start anew. It is removed
-    at the end.
+    at the end, unless it is to be kept until the way is saved.
 
     Args:
         robot: The robot.
@@ -78,6 +79,8 @@ def resumable_rollout(
         highest_kPa: Highest command that is allowed [kPa].
         resumed: Told the wall time that earlier processes spent on the way so far, each up to its
             last checkpoint [s], where there is one.
+        keep_checkpoint: Leave the last checkpoint, some steps before the end: whoever saves the way
+            removes it then, and a process that is stopped in between goes on from there.
 
     Raises:
         ValueError: A command is not finite, negative, or too high.
@@ -114,7 +117,8 @@ def resumable_rollout(
             so_far_s = spent_s + time.monotonic() - start
             _save(checkpoint, identity, done, state, pieces[0], so_far_s)
             saved_at = time.monotonic()
-    checkpoint.unlink(missing_ok=True)
+    if not keep_checkpoint:
+        checkpoint.unlink(missing_ok=True)
     way = joined(pieces)
     way.metadata.update(description or {})
     return way

@@ -47,18 +47,10 @@ class PartsSummary(PartSummary):
     others: dict[str, PartSummary] = field(default_factory=dict)
     """By what they are called."""
 
-    def changed_since(self, earlier: PartsSummary) -> list[str]:
-        """What parts are called that are others than in an earlier summary, as far as that says.
-
-        Args:
-            earlier: Of the same robot, whose parts may have been found elsewhere.
-        """
-        now, then = ((one, *one.others.values()) for one in (self, earlier))
-        return [
-            each.part
-            for each, was in zip(now, then, strict=False)
-            if was.digest is not None and each.digest != was.digest
-        ]
+    @property
+    def all_parts(self) -> tuple[PartSummary, ...]:
+        """All of them, in the order of the robot's modules."""
+        return (self, *self.others.values())
 
     @property
     def sizes(self) -> str:

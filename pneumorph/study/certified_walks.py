@@ -119,6 +119,13 @@ class LaggingGait(ChangedGait):
         return commanded
 
 
+def full_order_identity(spec: RobotSpec, walker: Walker) -> str:
+    """Digest of all that decides how a pair walks as finite elements in the world as it stands."""
+    step_s, count = spec.physics.time_step_s, spec.physics.regulator_count
+    commands = commands_of(walker.gait, step_s, count)
+    return rollout_identity(_made_of(spec, walker, None), commands)
+
+
 def full_order_walks(
     spec: RobotSpec,
     asked: Sequence[tuple[Walker, World | None]],
@@ -149,6 +156,7 @@ def full_order_walks(
         if states is not None:
             states.save(missing[number].file.with_suffix(".npz"))
         write_json(missing[number].file, finite({"made_of": missing[number].made_of, **walked}))
+        missing[number].checkpoint.unlink(missing_ok=True)
         if not in_turn:
             folder.progress(done, len(missing), "finite elements")
     kept = []
@@ -208,6 +216,11 @@ class _AskedWalk:
         return found["status"] == "completed" or "reason" in found
 
     @property
+    def checkpoint(self) -> Path:
+        """Where its way is kept until it is there."""
+        return self.file.with_name(f"{self.file.stem}_on_its_way.npz")
+
+    @property
     def records(self) -> bool:
         """Whether its legs are all alike, so that their states are kept."""
         return len(self.spec.modules) == 1
@@ -215,8 +228,7 @@ class _AskedWalk:
     def task(self) -> _Task:
         """What a worker needs to make it."""
         robot = self.spec.full(self.walker.design)
-        checkpoint = self.file.with_name(f"{self.file.stem}_on_its_way.npz")
-        return _Task(robot, self.walker, self.gait, checkpoint, self.records, self.goal)
+        return _Task(robot, self.walker, self.gait, self.checkpoint, self.records, self.goal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,6 +259,7 @@ def _walk(
             progress=progress,
             highest_kPa=task.gait.maximum_pressure_kPa,
             resumed=earlier_s.append,
+            keep_checkpoint=True,
         )
     except StepError as error:  # while it settles; the other walks are of use all the same
         wall_s = time.monotonic() - start

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -24,7 +24,9 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.analysis import Walker
 from pneumorph.study.certified_candidates import own_task_notes
+from pneumorph.study.certified_walks import full_order_identity
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.furthest import furthest
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -34,11 +36,15 @@ from pneumorph.study.robustness import (
     robustness,
     walks_in_worlds,
 )
+from pneumorph.study.survived import status_of
 from pneumorph.study.toppled_note import toppled_in_worlds_note
+from pneumorph.trajectory import Trajectory
 
 REPEATS_WITHIN = {"cm": 0.05, "degrees": 0.5}
 """A replay of the same physics on another machine may round differently, but no more than this in
 the goal's unit."""
+REPLAY_PAGE = "replay.html"
+"""Shows the recorded walks of an evaluation side by side."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,11 @@ class EvaluationSettings(Checked):
     world_seed: CountOrNone = 0
     """Seed of the worlds of --randomize."""
     randomisation: Randomisation = field(default_factory=Randomisation)
+
+    @property
+    def records(self) -> bool:
+        """Whether the trajectories are saved."""
+        return self.record or self.model == "full"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -115,6 +126,8 @@ class Evaluation:
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of it that pair achieved; None as there."""
+    status: str = "completed"
+    """``completed``, or that no robot survived."""
 
     def derived(self) -> dict[str, Any]:
         """Of the worlds, for those who read the file: the pairs by their mean, and the first's."""
@@ -141,7 +154,9 @@ def evaluate(
         run: The run or its folder.
         settings: Which pairs and how.
         robot: What they walk as; None for the leg and physics of the run.
-        folder: Receives trajectories and is told how far it is; None for RUN/evaluation.
+        folder: Receives trajectories and is told how far it is; None for RUN/evaluation. Those of
+            an earlier evaluation there are removed, but for finished walks of finite elements,
+            which are read where the same are asked for.
 
     Raises:
         ArtefactError: The run holds no pairs, or is damaged.
@@ -159,8 +174,9 @@ def evaluate(
         check_worlds(spec, settings.randomisation)
     if settings.model == "full":
         spec.check_reduction()
+    _remove_recorded(folder.path)
     folder.progress.stage(f"walking {len(pairs)} pairs with the {settings.model} model")
-    if settings.model == "reduced" and not settings.record:
+    if not settings.records:
         walked = _together(spec, pairs, task, folder)
     else:
         walked = _one_by_one(spec, pairs, task, settings.model, folder)
@@ -200,12 +216,21 @@ def evaluate(
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,
+        status=status_of(best.achieved),
     )
 
 
-def trajectory_file(model: Model, rank: int) -> str:
+def trajectory_file(model: Model, rank: int | str) -> str:
     """Name of the recorded walk of a pair, ranked from 1."""
     return f"trajectory_{model}_L{rank}.npz"
+
+
+def _remove_recorded(folder: Path) -> None:
+    """Remove what an earlier evaluation in the same folder recorded, and the page that shows it."""
+    for model in get_args(Model):
+        for file in folder.glob(trajectory_file(model, "*")):
+            file.unlink()
+    (folder / REPLAY_PAGE).unlink(missing_ok=True)
 
 
 def _in_worlds(
@@ -303,16 +328,14 @@ def _one_by_one(
 ) -> list[_Walked]:
     walked = []
     for rank, pair in enumerate(pairs, start=1):
-        trajectory = recorded_walk(
-            spec,
-            pair.design,
-            pair.gait,
-            model,
-            folder / f"checkpoint_L{rank}.npz",
-            settling_steps=task.settling_step_count,
-            progress=folder.progress,
-        )
-        trajectory.with_skin_only().save(folder / trajectory_file(model, rank))
+        walker = Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
+        if model == "full":
+            trajectory = _full(spec, walker, folder)
+        else:
+            trajectory = recorded_walk(
+                spec, pair.design, pair.gait, settling_steps=task.settling_step_count
+            ).with_skin_only()
+        trajectory.save(folder / trajectory_file(model, rank))
         walked.append(
             _Walked(
                 trajectory.distance_cm,
@@ -322,3 +345,28 @@ def _one_by_one(
         )
         folder.progress(rank, len(pairs), "walking")
     return walked
+
+
+def _full(spec: RobotSpec, walker: Walker, folder: RunFolder) -> Trajectory:
+    """The way of finite elements, with its skin alone: one that was finished is read, one that was
+    stopped goes on. Files are named after all that a way depends on."""
+    identity = full_order_identity(spec, walker)[:16]
+    file, checkpoint = (folder / f"full_order/{identity}{end}.npz" for end in ("", "_on_its_way"))
+    if file.exists():
+        found = Trajectory.load(file)
+        # One that ended for a reason that was not kept may come further now.
+        if found.status == "completed" or "reason" in found.metadata:
+            return found
+    made = recorded_walk(
+        spec,
+        walker.design,
+        walker.gait,
+        "full",
+        checkpoint,
+        settling_steps=walker.settling_steps,
+        progress=folder.progress,
+        keep_checkpoint=True,
+    ).with_skin_only()
+    made.save(file)
+    checkpoint.unlink(missing_ok=True)
+    return made

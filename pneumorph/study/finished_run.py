@@ -38,6 +38,7 @@ from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.changed_files import ChangedFile, changed_calibration, changed_parts
 from pneumorph.study.found_files import with_found_files
 
 Kind = TypeVar("Kind")
@@ -274,28 +275,28 @@ class FinishedRun:
     def handed_on(self, settings: Mapping[str, Any], said: str = "leg and physics") -> TakenOver:
         """Settings for a later verb, with what is said of them: whose, and under which damping."""
         damping = f"({self.robot.physics.damping} damping)"
-        changed = self._changed_parts()
-        note = (
-            f"; {', '.join(changed)} is not what it was then: what is found here is of the part as "
-            "it is now"
+        note = "".join(
+            f"; {', '.join(each.name for each in changed)} is not what it was then: what is found "
+            f"here is of the {kind} as it is now"
+            for kind, changed in self._changed_files().items()
             if changed
-            else ""
         )
         return TakenOver(self.folder, settings, f"{said} of {self.folder} {damping}{note}")
 
-    def _changed_parts(self) -> list[str]:
-        """What those of its robot's reduced parts are called that were reduced again since."""
-        told = self.summary.get("leg")
-        if told is None:
-            return []
-        then = result_from_dict(PartsSummary, told)
-        if all(each.digest is None for each in (then, *then.others.values())):
-            return []  # of an earlier version
+    def _changed_files(self) -> dict[str, list[ChangedFile]]:
+        """Those of its robot that were written again since: parts that were reduced again, and the
+        calibration, which changes no part in this."""
+        told, used = self.summary.get("leg"), self.calibration
+        then = None if told is None else result_from_dict(PartsSummary, told)
+        if then is None and used is None:
+            return {}
         try:
-            now: PartsSummary = self.spec().describe()["leg"]
-        except ArtefactError:
-            return []  # a file is gone, which whoever walks its robot is told
-        return now.changed_since(then)
+            return {
+                "part": changed_parts(then, used, self.robot),
+                "calibration": changed_calibration(used, self.robot),
+            }
+        except (ValueError, OSError):
+            return {}  # a file is gone, which whoever walks its robot is told
 
     def handed_on_with_worlds(self, group: str) -> TakenOver:
         """Its leg and physics for a later verb, and the worlds it was trained in, if it was.

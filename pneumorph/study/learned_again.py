@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.catalogue.resume_identity import resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.checkpoint import has_checkpoint
@@ -19,6 +20,7 @@ from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
+from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.learning_robots import learning_and_judged, learning_robots
 from pneumorph.study.search_findings import FoundPair
@@ -128,5 +130,10 @@ def learned_again(
         "leg": spec.reduction_digest(),
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
+        # None where they are usual, which folders of earlier versions are taken to be of.
+        "hub_and_map": resume_identity(spec) or None,
+        "stepper": spec.stepper,
+        "reductions": {} if worlds is None else reduction_digests(worlds.randomisation),
     }
-    return study_once(folder, LearnedAgain, asked, make, begun=True)
+    said_now = ("stepper", "reductions")
+    return study_once(folder, LearnedAgain, asked, make, begun=True, later=said_now)

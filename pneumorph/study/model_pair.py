@@ -68,8 +68,11 @@ class ModelPair:
             description={"design": design},
             progress=progress,
             highest_kPa=self.animation.gait.maximum_pressure_kPa,
+            keep_checkpoint=True,
         )
-        return store.save(name, self._identity(record_every), trajectory)
+        kept = store.save(name, self._identity(record_every), trajectory)
+        checkpoint.unlink(missing_ok=True)
+        return kept
 
     def kept(self, store: FullOrderStore, name: str, record_every: int) -> Trajectory | None:
         """The full robot's trajectory if it is kept; arguments as of `full`."""

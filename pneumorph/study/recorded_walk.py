@@ -28,6 +28,7 @@ def recorded_walk(
     description: dict[str, Any] | None = None,
     progress: Callable[[int, int, str], None] | None = None,
     watch: Callable[[Trajectory], None] | None = None,
+    keep_checkpoint: bool = False,
 ) -> Trajectory:
     """Return the trajectory of one robot with its nodes.
 
@@ -42,6 +43,7 @@ def recorded_walk(
         description: What else to note in the trajectory's metadata.
         progress: Told the steps made and those to make, of finite elements.
         watch: Told what is recorded as it is simulated.
+        keep_checkpoint: Leave that file to the caller, who removes it once the walk is saved.
 
     Raises:
         ValueError: Finite elements without a checkpoint.
@@ -68,4 +70,5 @@ def recorded_walk(
         progress=progress,
         watch=watch,
         highest_kPa=gait.maximum_pressure_kPa,
+        keep_checkpoint=keep_checkpoint,
     )

@@ -16,6 +16,7 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.resume_identity import resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
@@ -49,6 +50,7 @@ from pneumorph.study.search_findings import (
     SearchCurve,
     SearchFindings,
 )
+from pneumorph.study.survived import status_of
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 _GAITS_OF_EACH_DESIGN = 960
@@ -197,6 +199,7 @@ def search(
         best_achieved=None if best is None else best.achieved,
         **robot.describe(reduced=False),
         wall_s=time.monotonic() - start,
+        status=status_of(walked or None),
     )
 
 
@@ -253,6 +256,7 @@ def _description(
         "designs": [str(settings.space[design]) for design in designs],
         "simulation": robot.settings,
         "leg": robot.reduction_digest(),
+        **resume_identity(robot),
         **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
     }
 

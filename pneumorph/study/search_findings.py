@@ -91,6 +91,8 @@ class SearchFindings:
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of the goal the best pair achieved; None in files of earlier versions."""
+    status: str = "completed"
+    """``completed``, or that no robot survived."""
 
 
 @dataclass(frozen=True)

@@ -138,20 +138,22 @@ def simulate(
         commands = commands_of(gait, robot.physics.time_step_s, gait.regulator_count)
         say_unseen_pressure(robot, float(commands.max(initial=0.0)), folder.progress.say)
     folder.progress.stage(f"simulating {source.design} with the {settings.model} model")
-    simulation_start = time.monotonic()
+    simulation_start, checkpoint = time.monotonic(), folder / "checkpoint.npz"
     trajectory = recorded_walk(
         _on_every_processor(robot),
         source.design,
         source.gait,
         settings.model,
-        folder / "checkpoint.npz",
+        checkpoint,
         record_every=settings.record_every,
         settling_steps=source.settling_steps,
         progress=folder.progress,
         watch=watch,
+        keep_checkpoint=True,
     )
     simulated_s = time.monotonic() - simulation_start
     path = trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
+    checkpoint.unlink(missing_ok=True)
     told, ended = trajectory.metadata, trajectory.status == "completed"
     return SimulatedWalk(
         status=trajectory.status,

@@ -35,6 +35,7 @@ def study_once(
     *,
     begun: bool = False,
     free: Collection[str] = (),
+    later: Collection[str] = (),
 ) -> Result:
     """Return the result that a folder holds, or make it there and keep it with its settings.
 
@@ -49,6 +50,8 @@ def study_once(
         begun: Whether a study that was stopped there must be of the same settings. Most find out
             for themselves.
         free: Names of what is asked that may differ: it does not decide the result.
+        later: Names of what is asked that folders of earlier versions do not say; where one says
+            nothing of it, that is taken to be the same.
 
     Raises:
         ValueError: The folder holds a study of other settings or of another kind, or another
@@ -59,7 +62,7 @@ def study_once(
         folder.refuse_other_verb()
         finished = (folder.path / SUMMARY).exists()
         if (finished or begun) and (folder.path / SETTINGS).exists():
-            _refuse_others(folder.path, asked, free)
+            _refuse_others(folder.path, asked, free, later)
         if finished:
             # Not a verb's run alone: a step of a study is of what its folder says.
             place = folder.path
@@ -77,12 +80,14 @@ def make_study(folder: RunFolder, asked: Any, make: Callable[[], Result]) -> Res
     return found
 
 
-def _refuse_others(folder: Path, asked: Any, free: Collection[str]) -> None:
+def _refuse_others(folder: Path, asked: Any, free: Collection[str], later: Collection[str]) -> None:
     there: Mapping[str, Any] = read_settings(folder)
     if is_dataclass(asked):
         # Read as settings: one that is newer than the study had its default.
         there = _by_name(settings_from_dict(type(asked), there))
     for name, value in _by_name(asked).items():
+        if name in later and name not in there:
+            continue
         kept = there.get(name)
         if is_dataclass(value) and isinstance(kept, Mapping):
             kept = settings_from_dict(type(value), kept)

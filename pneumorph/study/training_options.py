@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -28,11 +28,18 @@ from pneumorph.learn.settings import (
     restarting_settings,
 )
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.certified_candidates import (
     LEAST_WORLD_COUNT,
     CertificateSettings,
     RoundSettings,
+)
+from pneumorph.study.changed_files import (
+    ChangedFile,
+    changed_calibration,
+    changed_digests,
+    changed_parts,
 )
 from pneumorph.study.own_task import OwnTask, task_name
 from pneumorph.study.reduce_settings import from_walks
@@ -289,6 +296,8 @@ def train_once(
             f"{folder.path} holds a training ranked by {found.ranked_by}, and {wanted} asks for "
             f"{said}; choose another folder"
         )
+    # Before the parts, which are as stiff as it says.
+    _refuse_changed(folder, changed_calibration(found.calibration, robot), "calibration")
     theirs, ours = found.leg, spec.describe()["leg"]
     if theirs is not None and theirs.sizes != ours.sizes:
         raise ValueError(
@@ -296,7 +305,33 @@ def train_once(
             f"and {ours.sizes} now: modes, sampled points, mesh), expected the same; choose another"
             " folder"
         )
+    _refuse_changed(folder, changed_parts(theirs, found.calibration, robot), "reduced leg")
+    then = _digests_of_reductions(found)
+    now = reduction_digests(options.randomisation) if then else {}
+    _refuse_changed(folder, changed_digests(then, now), "reduction that worlds have")
     return found
+
+
+def _digests_of_reductions(found: TrainingResult) -> dict[str, str]:
+    """What a training said of the reductions that its worlds may have; empty where nothing."""
+    drawn = (found.randomisation or {}).get("reduction_digests")
+    if drawn is None and found.certificate is not None:
+        drawn = found.certificate.reduction_digests
+    return dict(drawn or {})
+
+
+def _refuse_changed(folder: RunFolder, changed: Sequence[ChangedFile], what: str) -> None:
+    """Refuse a finished run one of whose files has another content now.
+
+    Raises:
+        ValueError: There is one.
+    """
+    if changed:
+        raise ValueError(
+            f"{folder.path} holds a training with another {what} "
+            f"({', '.join(each.said for each in changed)}), expected the same: the file was "
+            "written again since; put back the earlier one, or choose another folder"
+        )
 
 
 def _terms_of(own_task: OwnTask | None) -> tuple[RewardTerm, ...]:

@@ -16,6 +16,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.study.baseline import BestPhase
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.survived import status_of
 
 _TIMES = (*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share")
 
@@ -97,6 +98,8 @@ class TrainingResult(BestPhase):
     """What is to be expected of the pairs in unseen worlds, where that was asked for."""
     shown: tuple[str, ...] = ()
     """Designs of the gaits that learning was shown, each with a digest of its pressures."""
+    status: str = "completed"
+    """``completed``, or that no robot survived."""
 
     @property
     def nominal_distance_cm(self) -> float | None:
@@ -131,6 +134,7 @@ def fields_of_learned(learned: CooptResult) -> dict[str, Any]:
     same = (*counts, *_TIMES, "finetuning_wall_s", "restart_scores_cm")
     return {
         **{name: getattr(learned, name) for name in same},
+        "status": status_of(best),
         "best_design": None if best is None else best.design,
         "best_distance_cm": None if best is None else best.distance_cm,
         "best_achieved": None if best is None else best.achieved,

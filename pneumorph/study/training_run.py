@@ -11,6 +11,7 @@ import numpy as np
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.part_physics import physics_of_part
+from pneumorph.catalogue.resume_identity import resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
@@ -121,6 +122,7 @@ def run_training(
     provenance = {
         "simulation": spec.settings,
         "leg": spec.reduction_digest(),
+        **resume_identity(spec),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),
@@ -257,7 +259,6 @@ def _check(
     told = (
         roughness_note(settings.space, spec.physics, redrawn),
         _of_single_worlds(wanted, drawn),
-        _of_one_beginning(settings),
     )
     notes = [note for note in told if note is not None]
     for note in notes:
@@ -288,15 +289,6 @@ def _of_single_worlds(worlds_per_design: int, drawn: int) -> str | None:
         f"each design walks in one of {drawn} drawn worlds, and not all in the same: whose world "
         "was kind ranks first, so distances of the best are better than they would be; "
         "objective.worlds_per_design = 4 ranks designs by the same worlds"
-    )
-
-
-def _of_one_beginning(settings: CooptSettings) -> str | None:
-    if not settings.pooled_restarts or settings.restarts > 1:
-        return None
-    return (
-        f"pooled_restarts is {settings.pooled_restarts} and restarts 1: there is no earlier "
-        "beginning to learn from, so it has no effect"
     )
 
 

@@ -394,16 +394,19 @@ def _compared(
     folder: RunFolder,
     goal: Goal,
 ) -> TrialComparison:
+    checkpoint = folder / f"checkpoint_{deployed.label}.npz"
     trajectory = recorded_walk(
         spec,
         deployed.design,
         deployed.gait,
         settings.model,
-        folder / f"checkpoint_{deployed.label}.npz",
+        checkpoint,
         record_every=5,
         progress=folder.progress,
+        keep_checkpoint=True,
     )
     trajectory.with_skin_only().save(folder / _trajectory_file(deployed.label))
+    checkpoint.unlink(missing_ok=True)
     return compare_trials(
         deployed.label,
         str(deployed.design),

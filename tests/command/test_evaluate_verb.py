@@ -145,3 +145,26 @@ def test_distances_of_drawn_worlds_need_not_repeat(
     assert any("physics, leg or machine differ" in note for note in notes["plain"])
     assert not any("differ" in note for note in notes["drawn"])
     assert any("in worlds drawn at random" in note for note in notes["drawn"])
+
+
+def test_an_evaluation_whose_robots_all_fail_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A program that calls it need not look for the best distance."""
+    folder, out = write(tmp_path / "run"), tmp_path / "out"
+    flags = f"--stepper.speed-limit-mm-per-s 1 --json --out {out}"
+    assert run(f"evaluate {folder} {flags}".split()) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert (found["status"], found["best_distance_cm"]) == ("no robot survived", None)
+    assert run_json(f"evaluate {folder} --out {out}", capsys)["status"] == "completed"
+
+
+def test_a_page_shows_no_walks_of_an_earlier_evaluation(tmp_path: Path) -> None:
+    folder, out = write(tmp_path / "run"), tmp_path / "out"
+    page, walk = out / "replay.html", out / "trajectory_reduced_L1.npz"
+    assert run(f"evaluate {folder} --record --out {out}".split()) == 0
+    assert page.exists()
+    assert walk.exists()
+    assert run(f"evaluate {folder} --physics.friction 0.5 --out {out}".split()) == 0
+    assert not page.exists()
+    assert not walk.exists()

@@ -33,6 +33,7 @@ from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions
 
 Ask = Callable[[str], Any]
+PLATES = Path(__file__).parent.parent.parent / "examples"
 PUBLISHED = RobotOptions.of("published")
 PUBLISHED_MAP = PressureMap()
 OTHER_MAP = PressureMap(5.0, -1.0)
@@ -79,6 +80,33 @@ def test_flags_win_over_the_file_and_the_file_over_the_run(tmp_path: Path, asked
     one = asked(f"evaluate {folder} --settings {file} --physics.damping=published").robot
     assert (one.physics.damping, one.physics.friction, one.threads) == ("published", 0.7, 3)
     assert asked(f"evaluate {folder} --afresh").robot == RobotOptions()
+
+
+def test_of_presets_the_last_counts_and_is_told(asked: Ask, tmp_path: Path) -> None:
+    twice = "coopt --preset paper --preset=quick"
+    assert asked(twice) == asked("coopt --preset quick") != asked("coopt --preset paper")
+    told = [json.loads(file.read_text()) for file in sorted(tmp_path.glob("out*/summary.json"))]
+    assert [each["preset"] for each in told] == ["quick", "quick", "paper"]
+
+
+def test_a_second_settings_file_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The last one alone would be read."""
+    files = [tmp_path / f"{name}.toml" for name in "ab"]
+    for file in files:
+        file.write_text("[walk]\nrecord_every = 3\n")
+    flags = [f"--settings={files[0]}", "--settings", str(files[1])]
+    assert run(["simulate", *flags, "--out", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert f"--settings is given 2 times ({files[0]}, {files[1]}), expected one file" in said
+
+
+def test_of_robots_the_last_counts(asked: Ask) -> None:
+    """Also for what its file brings with it."""
+    plates = [PLATES / f"{name}.toml" for name in ("large_plate", "plate")]
+    twice = f"coopt --robot {plates[0]} --robot {plates[1]}"
+    assert asked(twice) == asked(f"coopt --robot {plates[1]}")
 
 
 def test_the_librarys_training_is_that_of_the_verb(

@@ -62,6 +62,34 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
     assert made[0] == 2  # other commands start anew
 
 
+def test_a_kept_checkpoint_is_left_until_the_way_is_saved(tmp_path):
+    """A process that ends before it has saved the way goes on from there, to the same bits."""
+    checkpoint, made = tmp_path / "kept.npz", []
+
+    def rolled(**keep):
+        made.clear()
+        return resumable_rollout(
+            small_robot(),
+            COMMANDS,
+            checkpoint,
+            settling_steps=2,
+            record_every=2,
+            checkpoint_every_s=0.0,
+            progress=lambda done, *_: made.append(done),
+            **keep,
+        )
+
+    whole = rolled(keep_checkpoint=True)
+    assert made == [2, 4, 6, 8, 9]
+    again = rolled(keep_checkpoint=True)
+    assert made == [9]
+    assert checkpoint.exists()
+    for name, value in whole.arrays().items():
+        np.testing.assert_array_equal(again.arrays()[name], value, err_msg=name)
+    rolled()
+    assert not checkpoint.exists()
+
+
 def test_the_time_of_all_that_was_stopped_is_told(tmp_path, monkeypatch):
     """Where each look at the clock takes a second: as many as there were in both."""
     seconds, earlier_s = itertools.count(), []

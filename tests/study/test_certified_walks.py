@@ -10,21 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.box_mesh import box_mesh
-from helpers.small_robot import small_leg
+from helpers.boxes import box_robot as spec
 
 from pneumorph.base.executor import Backend, ExecutorSettings
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.hub_spec import HubSpec
-from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.site import Site
 from pneumorph.environment.goal import FORWARD
-from pneumorph.fem.material import Material
 from pneumorph.fem.time_integration import StepError
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.geometry.pose import Pose, rotation_about
-from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
 from pneumorph.study import certificate, certified_walks
@@ -37,25 +29,6 @@ from pneumorph.trajectory import Trajectory
 
 WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
 GAIT = HeldGait.evenly(np.array([[20.0, 0.0], [5.0, 30.0]]), 0.04)
-
-
-def spec() -> RobotSpec:
-    mesh = box_mesh((16.0, 16.0, 9.0), (2, 2, 1))
-    mesh = replace(mesh, nodes=mesh.nodes + np.array([-8.0, -8.0, 1.0]))
-    bottom = mesh.nodes[mesh.nodes[:, 2] < 1.0 + 1e-9]
-    hub = HubSpec(mesh, Material(500.0, 0.3), 0.03, np.array([0.0, 0.0, 10.0]), bottom)
-
-    def full(modulus_factor: float, mass_factor: float):
-        assert mass_factor == 0.9 or mass_factor == 1.0
-        return small_leg(300.0 * modulus_factor)
-
-    leg = Module("a box", lambda: None, full)
-    poses = [
-        Pose(rotation_about("z", angle)).compose(Pose(np.eye(3), np.array([8.0, -6.0, 1.0])))
-        for angle in (0.0, 100.0)
-    ]
-    physics = Physics(floor_height_mm=0.0, regulator_count=2)
-    return RobotSpec(hub, tuple(Site(pose, leg) for pose in poses), physics, hub_model="rigid")
 
 
 def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,6 +96,39 @@ def test_a_walk_that_went_on_tells_the_time_of_what_was_stopped(
     (kept,) = full_order_walks(spec(), [(walker, None)], RunFolder(tmp_path, "certify"))
     assert kept.status == "completed"
     assert 1e4 < kept.wall_s < 2e4
+
+
+def test_the_checkpoint_of_a_walk_stays_until_the_walk_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it cannot be written, as on a full disk, what was walked is not lost."""
+    whole = certified_walks.resumable_rollout
+    gait = HeldGait.evenly(np.repeat(GAIT.held_kPa, 2, axis=0), 0.04)  # of two frames
+    walker = Walker("L1", Design.parse("1.2"), gait, 2)
+
+    def often(*asked: Any, **settings: Any) -> Trajectory:
+        return whole(*asked, **settings, checkpoint_every_s=0.0)
+
+    def full(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    def walked() -> list[KeptWalk]:
+        return full_order_walks(spec(), [(walker, None)], RunFolder(tmp_path, "certify"))
+
+    monkeypatch.setattr(certified_walks, "resumable_rollout", often)
+    with monkeypatch.context() as patch:
+        patch.setattr(certified_walks, "write_json", full)
+        with pytest.raises(OSError, match="no space left"):
+            walked()
+    told: list[float] = []
+
+    def again(*asked: Any, resumed: Callable[[float], None], **settings: Any) -> Trajectory:
+        return often(*asked, resumed=told.append, **settings)
+
+    monkeypatch.setattr(certified_walks, "resumable_rollout", again)
+    (kept,) = walked()
+    assert (kept.status, len(told)) == ("completed", 1)
+    assert not list(tmp_path.rglob("*_on_its_way.npz"))
 
 
 def test_a_walk_that_an_earlier_version_gave_up_is_walked_again(tmp_path: Path) -> None:

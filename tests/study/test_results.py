@@ -12,14 +12,17 @@ import pytest
 from helpers.result_example import example
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.result import load_result, result_to_dict, save_result
+from pneumorph.base.result import load_result, result_from_dict, result_to_dict, save_result
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.report.verb_pages import PAGES
 from pneumorph.study.comparison import Comparison, Kind, NodeErrors
+from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.search_findings import SearchCurve
+from pneumorph.study.search_findings import SearchCurve, SearchFindings
+from pneumorph.study.survived import NONE_SURVIVED
 from pneumorph.study.training_options import PRESETS
+from pneumorph.study.training_result import TrainingResult, fields_of_learned
 from pneumorph.study.training_run import _too_short, _untaught
 
 RESULTS = sorted(
@@ -96,3 +99,19 @@ def test_what_a_training_is_too_short_for_is_told_before_it_begins() -> None:
         "robots will learn in the nominal world alone",
     ]
     assert "there are 960 timesteps" in told[0]  # whole rounds
+
+
+def test_a_training_without_a_best_pair_is_none_that_was_completed() -> None:
+    learned = example(CooptResult)
+    assert fields_of_learned(dataclasses.replace(learned, pairs=()))["status"] == NONE_SURVIVED
+    best = learned.pairs[0]
+    assert best is not None
+    assert fields_of_learned(learned)["status"] == "completed"
+
+
+@pytest.mark.parametrize("kind", [Evaluation, SearchFindings, TrainingResult])
+def test_results_of_before_there_was_a_status_were_completed(kind: type[Any]) -> None:
+    content = result_to_dict(dataclasses.replace(example(kind), status=NONE_SURVIVED))
+    assert result_from_dict(kind, content).status == NONE_SURVIVED
+    del content["status"]
+    assert result_from_dict(kind, content).status == "completed"

@@ -24,7 +24,7 @@ from pneumorph.study.training_options import (
     quick_training,
     train_as_asked,
 )
-from pneumorph.study.training_run import _of_one_beginning, _of_single_worlds
+from pneumorph.study.training_run import _of_single_worlds
 from pneumorph.study.training_worlds import simulator_factory
 
 
@@ -73,14 +73,6 @@ def test_ranking_by_the_luck_of_one_world_is_told() -> None:
     told = _of_single_worlds(worlds_per_design=1, drawn=8)
     assert told is not None
     assert "each design walks in one of 8 drawn worlds" in told
-
-
-def test_earlier_beginnings_that_are_none_are_told() -> None:
-    fast = PRESETS["fast"]().coopt
-    assert _of_one_beginning(fast) is None
-    told = _of_one_beginning(replace(fast, restarts=1))
-    assert told is not None
-    assert "pooled_restarts is 4 and restarts 1" in told
 
 
 def test_several_worlds_for_a_design_ask_for_worlds(tmp_path) -> None:

@@ -1,0 +1,53 @@
+"""What is resumed is of one hub and one height map, and of what earlier versions kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.paper_leg import leg_kind, masses_of
+from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
+from pneumorph.catalogue.resume_identity import resume_identity
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.ground import Ground
+from pneumorph.physics.height_map import HeightMap
+
+PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+
+
+@pytest.mark.parametrize("leg", ["measured", "published", "hyperelastic"])
+def test_usual_robots_say_nothing_so_that_earlier_checkpoints_are_theirs(leg) -> None:
+    usual = paper_robot(leg)
+    assert resume_identity(usual) == {}
+    line = usual.physics.pressure_map
+    assert resume_identity(usual.calibrated(Calibration(line, modulus_factor=1.2))) == {}
+    # The digest of a described robot's legs says its hub.
+    assert resume_identity(RobotDescription.read(PLATE).spec()) == {}
+
+
+@pytest.mark.parametrize("leg", ["measured", "published"])
+def test_robots_of_other_hubs_are_told_apart(leg) -> None:
+    usual = paper_robot(leg)
+    model = masses_of(leg).model
+    other = "published" if model == "cast" else "cast"
+    hubs = [Masses(model, hub_mass_g=each) for each in (40.0, 41.0)] + [Masses(other)]
+    told = [resume_identity(replace(usual, hub=paper_hub(each))) for each in hubs]
+    assert len({each["hub_mass"] for each in told}) == 3
+    assert told[0]["hub_mass"].startswith("40 g (")
+    assert len({replace(usual, hub=paper_hub(each)).reduction_digest() for each in hubs}) == 1
+
+
+def test_maps_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    file, told = tmp_path / "map.npy", []
+    ground = Ground(map=HeightMap(file))
+    spec = paper_robot("published", replace(leg_kind("published").physics, ground=ground))
+    for height in (0.0, 1.0):
+        np.save(file, np.full((4, 4), height))
+        told.append(resume_identity(spec))
+    assert told[0].keys() == {"map_digest"}
+    assert told[0] != told[1]
