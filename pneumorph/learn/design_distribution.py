@@ -138,15 +138,32 @@ def require_finite(values: np.ndarray, name: str) -> None:
         raise ValueError(f"{name}[{place}] is {values[place]}, expected finite {name} in cm")
 
 
-def mean_fall_cm(before: np.ndarray, after: np.ndarray, among: np.ndarray) -> float:
-    """By how much scores fell in the mean [cm]; 0 where there are none.
+class NominalFall:
+    """By how much scores of a single world are above those of several: the mean over all designs
+    that have told so far, each when it walked in several worlds for the first time.
 
-    Args:
-        before: Scores of designs [cm], (design,).
-        after: Their scores now [cm], (design,).
-        among: Which of them are looked at, (design,) bool.
+    Attributes:
+        count: How many have.
     """
-    return float(np.mean(before[among] - after[among])) if among.any() else 0.0
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def further_cm(self, before: np.ndarray, after: np.ndarray, among: np.ndarray) -> float:
+        """Take up designs, and return how much further scores of a single world are to fall [cm],
+        which have fallen by the mean so far.
+
+        Args:
+            before: Scores of designs [cm], those of a single world as far as they have fallen,
+                (design,).
+            after: Their scores in several worlds [cm], (design,).
+            among: Which of them walk in several for the first time, (design,) bool.
+        """
+        first = int(among.sum())
+        if first == 0:
+            return 0.0
+        self.count += first
+        return first / self.count * float(np.mean(before[among] - after[among]))
 
 
 def by_turns(count: int, orders: Iterable[Iterable[int]], twin: Callable[[int], int]) -> np.ndarray:
@@ -202,6 +219,7 @@ class DesignDistribution:
         self.failing = np.zeros(design_count, dtype=bool)
         self.walked = np.zeros(design_count, dtype=bool)
         self.nominal = np.zeros(design_count, dtype=bool)
+        self._fall = NominalFall()
         self._untried_cm = schedule.initial_score_cm
         self.inverse_temperature = 0.0
         self.probabilities = gibbs(self.scores, 0.0)
@@ -260,8 +278,9 @@ class DesignDistribution:
         """Replace the scores of a round's designs.
 
         What a design did in a single world is no measure of what it does in several, where a sure
-        one counts. So scores of single worlds fall, all of them, by as much as those fall in the
-        mean whose designs walk in several for the first time: their order stays.
+        one counts. So scores of single worlds fall, all of them, by as much as those did in the
+        mean whose designs have walked in several since (`NominalFall`): their order stays. Designs
+        that fail say nothing of it.
 
         Args:
             designs: Indices of the designs, (n,).
@@ -274,8 +293,8 @@ class DesignDistribution:
             ValueError: A score is not finite.
         """
         if in_worlds:
-            first = self.nominal[designs]
-            self.scores[self.nominal] -= mean_fall_cm(self.scores[designs], scores, first)
+            first = self.nominal[designs] & ~failing
+            self.scores[self.nominal] -= self._fall.further_cm(self.scores[designs], scores, first)
         for each in (designs,) if images is None else (images, designs):
             self.record(each, scores)
             self.failing[each] = failing
@@ -349,6 +368,7 @@ class DesignDistribution:
             "failing": self.failing,
             "walked": self.walked,
             "nominal": self.nominal,
+            "fallen_count": np.array(self._fall.count),
             "untried_cm": np.array(self._untried_cm),
             "inverse_temperature": np.array(self.inverse_temperature),
         }
@@ -375,6 +395,7 @@ class DesignDistribution:
                 )
         self.scores, self.failing = scores, failing
         self.walked, self.nominal, self._untried_cm = walked, nominal, untried_cm
+        self._fall.count = int(arrays.get("fallen_count", 0))
         self.set_inverse_temperature(float(arrays["inverse_temperature"]))
 
     def raise_scores(self, expected: np.ndarray) -> None:

@@ -28,9 +28,9 @@ import numpy as np
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.learn.design_distribution import (
     EntropySchedule,
+    NominalFall,
     by_turns,
     matching,
-    mean_fall_cm,
     require_finite,
 )
 from pneumorph.learn.metrics import score_histogram
@@ -91,6 +91,7 @@ class FactoredDistribution:
         self._newest_cm = np.zeros(0)
         self.seen: dict[int, tuple[float, bool]] = {}
         self.nominal: set[int] = set()
+        self._fall = NominalFall()
         self.set_inverse_temperature(0.0)
 
     @property
@@ -121,14 +122,16 @@ class FactoredDistribution:
         Args:
             designs: Indices of the designs, (n,).
             scores: Their scores [cm], (n,).
-            images: Indices of their mirror images; one of both is a candidate.
+            images: Indices of their mirror images, which are known as well; one of both is a
+                candidate.
 
         Raises:
             ValueError: A score is not finite.
         """
         require_finite(scores, "scores")
-        for design, score in zip(designs, scores, strict=True):
-            self.seen[int(design)] = (float(score), False)
+        for each in (designs,) if images is None else (images, designs):
+            for design, score in zip(each, scores, strict=True):
+                self.seen[int(design)] = (float(score), False)
 
     def take_round(
         self,
@@ -153,11 +156,12 @@ class FactoredDistribution:
         """
         require_finite(scores, "scores")
         if in_worlds:
-            self._lower_nominal(designs, scores)
-        for design, score, failed in zip(designs, scores, failing, strict=True):
-            self.seen[int(design)] = (float(score), bool(failed))
-        walked = {int(design) for design in designs}
-        self.nominal = self.nominal - walked if in_worlds else self.nominal | walked
+            self._lower_nominal(designs, scores, failing)
+        for each in (designs,) if images is None else (images, designs):
+            for design, score, failed in zip(each, scores, failing, strict=True):
+                self.seen[int(design)] = (float(score), bool(failed))
+            walked = {int(design) for design in each}
+            self.nominal = self.nominal - walked if in_worlds else self.nominal | walked
         kept = np.exp(-1.0 / self._settings.remembered_rounds)
         self._normal *= kept
         self._moment *= kept
@@ -275,6 +279,7 @@ class FactoredDistribution:
             "seen_cm": np.array([score for score, _ in scores]),
             "failing": np.array([failed for _, failed in scores], dtype=bool),
             "nominal": np.array(sorted(self.nominal), dtype=np.int64),
+            "fallen_count": np.array(self._fall.count),
             "inverse_temperature": np.array(self.inverse_temperature),
         }
 
@@ -290,12 +295,13 @@ class FactoredDistribution:
             for design, score, failed in zip(*(arrays[name] for name in names), strict=True)
         }
         self.nominal = {int(each) for each in arrays.get("nominal", ())}
+        self._fall.count = int(arrays.get("fallen_count", 0))
         self.set_inverse_temperature(float(arrays["inverse_temperature"]))
 
-    def _lower_nominal(self, designs: np.ndarray, scores: np.ndarray) -> None:
+    def _lower_nominal(self, designs: np.ndarray, scores: np.ndarray, failing: np.ndarray) -> None:
         before = np.array([self.seen.get(int(each), (0.0, False))[0] for each in designs])
         first = np.array([int(each) in self.nominal for each in designs], dtype=bool)
-        fall_cm = mean_fall_cm(before, scores, first)
+        fall_cm = self._fall.further_cm(before, scores, first & ~failing)
         for design in self.nominal:
             score, failed = self.seen[design]
             self.seen[design] = (score - fall_cm, failed)

@@ -94,8 +94,10 @@ def rollout(
         state, settled = model.rollout(
             model.initial_state(), rest, record_every=settling_steps or 1, record_nodes=False
         )
-        if settled.status != "completed":
-            return state, settled
+        if settled.status != "completed":  # once more, as it is asked to be seen
+            return model.rollout(
+                model.initial_state(), rest, record_every, record_nodes, description
+            )
     return model.rollout(
         state, commands, record_every, record_nodes, description, progress=progress
     )

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -155,8 +155,8 @@ def evaluate(
         settings: Which pairs and how.
         robot: What they walk as; None for the leg and physics of the run.
         folder: Receives trajectories and is told how far it is; None for RUN/evaluation. Those of
-            an earlier evaluation there are removed, but for finished walks of finite elements,
-            which are read where the same are asked for.
+            reduced robots of an earlier evaluation there are removed; finished walks of finite
+            elements are read where the same are asked for.
 
     Raises:
         ArtefactError: The run holds no pairs, or is damaged.
@@ -216,7 +216,7 @@ def evaluate(
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,
-        status=status_of(best.achieved),
+        status=status_of(best.achieved if worlds is None else worlds),
     )
 
 
@@ -226,10 +226,13 @@ def trajectory_file(model: Model, rank: int | str) -> str:
 
 
 def _remove_recorded(folder: Path) -> None:
-    """Remove what an earlier evaluation in the same folder recorded, and the page that shows it."""
-    for model in get_args(Model):
-        for file in folder.glob(trajectory_file(model, "*")):
-            file.unlink()
+    """Remove what an earlier evaluation in the same folder recorded of reduced robots, seconds of
+    work, and the page that shows it; ways of finite elements took hours and go to `earlier`."""
+    for file in folder.glob(trajectory_file("reduced", "*")):
+        file.unlink()
+    for file in folder.glob(trajectory_file("full", "*")):
+        (folder / "earlier").mkdir(exist_ok=True)
+        file.replace(folder / "earlier" / file.name)
     (folder / REPLAY_PAGE).unlink(missing_ok=True)
 
 

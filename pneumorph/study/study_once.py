@@ -13,6 +13,7 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, RunFolder, read_settings, read_summary
 from pneumorph.base.settings import differences, settings_from_dict, settings_to_dict
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.survived import NONE_SURVIVED
 
 Result = TypeVar("Result")
 
@@ -67,7 +68,7 @@ def study_once(
             # Not a verb's run alone: a step of a study is of what its folder says.
             place = folder.path
             found = FinishedRun(place, read_summary(place), read_settings(place)).result(kind)
-            if getattr(found, "status", "completed") == "completed":
+            if getattr(found, "status", "completed") in ("completed", NONE_SURVIVED):
                 return found
         return make_study(folder, asked, make)
 

@@ -379,7 +379,7 @@ def lost_notes(label: str, trials: Sequence[Trial]) -> list[str]:
         return []
     return [
         f"{label}: the marker was not seen in {', '.join(told)}: the path is taken for a straight "
-        "line there, so rewards of those steps and the slides back are not known"
+        "line there, and rewards of those steps and slides back are those of the line"
     ]
 
 

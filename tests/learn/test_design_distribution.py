@@ -120,6 +120,24 @@ def test_scores_of_single_worlds_fall_by_what_those_lose_that_walk_in_several() 
         assert each.scores.tolist() == [7.0, 2.0, 11.0, 14.0, 6.0, 1.0, 0.0]
 
 
+def test_what_one_design_loses_moves_others_by_its_share_of_all_that_told() -> None:
+    """Nine lost 10 cm in the mean; a tenth that loses none of what is left takes a tenth of it
+    back. One that fails says nothing."""
+    distribution = DesignDistribution(12, EntropySchedule(100, 200))
+    every = np.arange(12)
+    distribution.take_round(every, np.full(12, 25.0), np.zeros(12, dtype=bool))
+    sound = np.zeros(9, dtype=bool)
+    distribution.take_round(every[:9], np.full(9, 15.0), sound, in_worlds=True)
+    np.testing.assert_allclose(distribution.scores[9:], 15.0)
+    again = DesignDistribution(12, EntropySchedule(100, 200))
+    again.restore(distribution.arrays())
+    for each in (distribution, again):
+        each.take_round(every[9:10], np.array([25.0]), sound[:1], in_worlds=True)
+        np.testing.assert_allclose(each.scores[10:], 16.0)
+        each.take_round(every[10:11], np.array([0.0]), ~sound[:1], in_worlds=True)
+        np.testing.assert_allclose(each.scores[11], 16.0)
+
+
 def test_in_rounds_of_single_worlds_the_newest_score_stays_as_it_is() -> None:
     """As in the published physics, where each design walks in one world throughout."""
     distribution = DesignDistribution(3, PAPER)

@@ -210,6 +210,19 @@ def test_a_score_of_a_single_world_is_no_reason_to_walk_before_those_of_several(
         assert each.nominal == {0}
 
 
+def test_a_score_counts_for_the_image_that_walks_in_several_worlds() -> None:
+    """Rounds in worlds name one of a design and its image, and those before them either."""
+    distribution = FactoredDistribution(SMALL, SCHEDULE, mirrored=True)
+    designs = np.flatnonzero(SMALL.images(np.arange(len(SMALL)))[0] != np.arange(len(SMALL)))[:1]
+    images = SMALL.images(designs)[0]
+    sound = np.zeros(1, dtype=bool)
+    distribution.take_round(images, np.array([30.0]), sound, designs)
+    assert distribution.nominal == {int(designs[0]), int(images[0])}
+    distribution.take_round(designs, np.array([10.0]), sound, images, in_worlds=True)
+    assert distribution.nominal == set()
+    assert {score for score, _ in distribution.seen.values()} == {10.0}
+
+
 def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     space = DesignSpace(12, 4, 3, 12)
     assert len(space) > 10**7
@@ -264,11 +277,11 @@ def test_the_kind_of_belief_is_that_asked_for() -> None:
 
 def test_what_is_known_of_designs_makes_them_candidates_and_weighs_nothing() -> None:
     """They are all good ones: against each other they would say that the worse of them are bad."""
-    distribution = FactoredDistribution(LARGE, SCHEDULE)
+    distribution = FactoredDistribution(LARGE, SCHEDULE, mirrored=True)
     designs = distribution.sample(2, np.random.default_rng(0))
     distribution.know(designs, np.array([15.0, 25.0]), LARGE.images(designs)[0])
     assert not distribution.weights_cm.any()
     found = distribution.candidates(5, None, np.random.default_rng(1))
-    assert set(designs) <= set(found)
+    assert {*map(LARGE.twin, designs)} <= {*map(LARGE.twin, found)}
     with pytest.raises(ValueError, match="scores"):
         distribution.know(designs, np.array([15.0, np.nan]), None)

@@ -100,16 +100,18 @@ def test_a_walk_that_cannot_be_saved_keeps_its_checkpoint(
 
 
 def test_what_an_earlier_evaluation_recorded_is_removed(tmp_path: Path) -> None:
-    """Its own files alone, and nothing where the evaluation is refused."""
+    """Its own files alone, of reduced robots; finite elements took hours, and are put aside.
+    Nothing where the evaluation is refused."""
     options = replace(TrainingOptions(), robot=RobotOptions.of("published"))
     task = replace(options.coopt.task, action_count=2)
     asked = replace(options, coopt=replace(options.coopt, task=task))
     run = write_run(tmp_path / "run", "coopt", asked)
     folder = RunFolder(tmp_path / "evaluation", "evaluate")
     evaluate(run, EvaluationSettings(record=True), folder=folder)
-    old = [folder / name for name in ("trajectory_full_L2.npz", "replay.html")]
+    old = [folder / name for name in ("trajectory_reduced_L9.npz", "replay.html")]
     others = [folder / name for name in ("trajectory_of_mine.npz", "notes.html")]
-    for file in (*old, *others):
+    full = folder / "trajectory_full_L2.npz"
+    for file in (*old, *others, full):
         file.write_text("")
     strong = replace(asked.robot.spec().physics.air, law="orifice", supply_kPa=1.0)
     weak = replace(asked.robot.spec(), physics=replace(asked.robot.spec().physics, air=strong))
@@ -119,3 +121,5 @@ def test_what_an_earlier_evaluation_recorded_is_removed(tmp_path: Path) -> None:
     evaluate(run, folder=folder)
     assert not any(file.exists() for file in (*old, folder / "trajectory_reduced_L1.npz"))
     assert all(file.exists() for file in others)
+    assert not full.exists()
+    assert (folder / "earlier" / full.name).exists()
