@@ -160,9 +160,14 @@ def as_made_first(part: ReducedPart, mesh: Mesh | None = None) -> ReducedPart:
 def made_alike(part: ReducedPart, own: ReducedPart) -> ReducedPart:
     """Another reduction of a leg as large, stiff, heavy and damped as a given one; arguments as of
     `factors_between`."""
-    size, *factors = factors_between(part, own)
+    return with_factors(part, *factors_between(part, own))
+
+
+def with_factors(part: ReducedPart, size: float, *factors: float) -> ReducedPart:
+    """A part of another size and of other modulus, mass and damping, by the factors that
+    `factors_between` gives; the same where all are 1."""
     part = part if size == 1.0 else resized_part(part, size)
-    return part if factors == [1.0, 1.0, 1.0] else scaled_part(part, *factors)
+    return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
 
 
 def scaled_hub(hub: Hub, mass_factor: float) -> Hub:

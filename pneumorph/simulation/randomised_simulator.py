@@ -13,9 +13,8 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.fewer_modes import MODE_LIMIT, with_fewer_modes
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.mounting_angle import tilted
-from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.robot import Robot
-from pneumorph.robot.scaled_part import factors_between, scaled_part
+from pneumorph.robot.scaled_part import factors_between, with_factors
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.regulator_lag import RegulatorLag
@@ -296,11 +295,10 @@ def _alike(file: str, own: ReducedPart) -> ReducedPart:
 
 
 @cache
-def _changed(file: str, mode_limit: int | None, size: float, *factors: float) -> ReducedPart:
+def _changed(file: str, mode_limit: int | None, *factors: float) -> ReducedPart:
     part = _part_of(file)
     part = part if mode_limit is None else with_fewer_modes(part, mode_limit)
-    part = part if size == 1.0 else resized_part(part, size)
-    return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
+    return with_factors(part, *factors)
 
 
 @cache
