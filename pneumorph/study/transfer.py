@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -275,13 +276,18 @@ class _Deployed:
         check_length(label, gait.duration_s, trials, settings.step_s)
         return cls(label, run, gait, Design.parse(comments["design"]), trials)
 
+    @cached_property
+    def finished(self) -> FinishedRun | None:
+        """Its deployment; None where the folder has no summary."""
+        return FinishedRun.read(self.run) if (self.run / SUMMARY).is_file() else None
+
     def goal(self) -> Goal | None:
         """What it was taught; None where no summary says so."""
-        return FinishedRun.read(self.run).goal if (self.run / SUMMARY).is_file() else None
+        return None if self.finished is None else self.finished.goal
 
     def other_pressures(self, ours: UsedCalibration) -> list[str]:
         """What to tell where its commands were made for a robot whose pressures do otherwise."""
-        theirs = FinishedRun.read(self.run).calibration if (self.run / SUMMARY).is_file() else None
+        theirs = None if self.finished is None else self.finished.calibration
         if theirs is None or theirs.digest is None:
             return []  # commanded as the gait has them
         lines = [(each.slope, each.intercept_kPa) for each in (theirs, ours)]
