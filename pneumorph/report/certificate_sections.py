@@ -193,14 +193,15 @@ def _full_order_table(found: Certificate) -> str:
         [number or "the run's", pair.label, pair.design,
          "as it stands" if each.world is None else f"number {each.world}",
          *_numbers(each.full, each.reduced, each.error),
-         "agree" if each.agrees else "differ"]
+         "agree" if each.agrees else "differ" if each.repeats else "differ: chaotic",
+         " to ".join(_numbers(each.near_low, each.near_high)) if each.near_low is not None else ""]
         for number, leg in enumerate(found.rounds)
         for pair in leg.pairs
         for each in pair.full_order
     ]  # fmt: skip
     header = ["new reductions", "robot", "design", "world",
               *map(found.goal.in_unit, ("finite elements", "reduced", "difference")),
-              "they"]  # fmt: skip
+              "they", found.goal.in_unit("reduced, in worlds a thousandth away")]  # fmt: skip
     legs = [
         [number or "the run's", leg.leg.part, leg.leg.mode_count,
          leg.leg.tetrahedron_count, f"{leg.made_s / 60.0:.0f}"]
@@ -209,7 +210,11 @@ def _full_order_table(found: Certificate) -> str:
     made = ["new reductions", "leg", "modes", "tetrahedra", "minutes, with fine-tuning"]
     number = nearest_round(found.rounds)
     whose = f"new reduction {number}" if number else "the run's own leg"
-    said = f"Bands above are of {whose} and its gaits: of these rounds, the nearest."
+    said = (
+        f"Bands above are of {whose} and its gaits: of these rounds, the nearest. Where a "
+        "thousandth of friction, stiffness and mass takes the reduced robot elsewhere its walk is "
+        "chaotic, and one walk of either model says little of the next."
+    )
     return page.paragraph(said) + page.table(header, rows) + page.table(made, legs)
 
 

@@ -37,6 +37,7 @@ from pneumorph.study.certified_pairs import (
 )
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.measure_next import narrowings, worth_measuring
+from pneumorph.study.near_worlds import near_worlds
 from pneumorph.study.ranking_notes import ranking_notes
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import WalksInWorlds, walks_in_worlds
@@ -340,12 +341,16 @@ def _with_full_order(
         spec.executor,
         goal,
     )
+    folder.progress.stage("repeating reduced robots in worlds a thousandth away")
+    nominal = World.nominal(spec.physics)
     found: list[list[FullOrderWalk]] = [[] for _ in pairs]
     for (place, number), walked in zip(asked, kept, strict=True):
         reduced = pairs[place].nominal if number is None else float(by_pairs[number, place])
         if reduced is not None and np.isnan(reduced):
             reduced = None
-        found[place].append(FullOrderWalk.of(number, walked, reduced, goal))
+        here = nominal if number is None else replace(worlds[number], reduction="")
+        near = _walked(spec, [walkers[place]], near_worlds(here, spec.physics), folder, goal)
+        found[place].append(FullOrderWalk.of(number, walked, reduced, goal, near.achieved[:, 0]))
     return [
         replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
     ]

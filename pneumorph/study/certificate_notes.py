@@ -9,6 +9,7 @@ import numpy as np
 from pneumorph.environment.goal import Goal
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_pairs import Band, CertifiedPair
+from pneumorph.study.certified_walks import FullOrderWalk
 from pneumorph.study.toppled_note import toppled_in_worlds_note
 
 
@@ -69,8 +70,18 @@ def pair_notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
                 why = "" if each.reason is None else f" ({each.reason})"
                 notes.append(
                     f"{pair.label} as finite elements in the world {where} comes to {full}{why}, "
-                    f"the reduced robot to {reduced}"
+                    f"the reduced robot to {reduced}{_chaos(each, goal)}"
                 )
     if not any(pair.full_order for pair in pairs):
         notes.append("no pair walked as finite elements; --full makes them")
     return notes
+
+
+def _chaos(walk: FullOrderWalk, goal: Goal) -> str:
+    """What to add of a walk that does not repeat itself."""
+    if walk.repeats or walk.near_low is None or walk.near_high is None:
+        return ""
+    return (
+        f" (and in worlds that differ by a thousandth to {goal.said(walk.near_low)} ... "
+        f"{goal.said(walk.near_high)}: the walk is chaotic there)"
+    )

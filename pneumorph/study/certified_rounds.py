@@ -219,7 +219,10 @@ def _ending(
         for walk in pair.full_order
     }
     if not any(walk.parts for pair in last.pairs for walk in pair.full_order):
-        return "no new reduction: walks that differ did not come to their end as finite elements"
+        return (
+            "no new reduction: walks that differ are chaotic, or did not come to their end as "
+            "finite elements"
+        )
     if len(spec.modules) > 1:
         return "no new reduction: the robot has several kinds of modules"
     if len(rounds) > 1 and _walk_files(rounds) == _walk_files(rounds[:-1]):

@@ -38,6 +38,8 @@ COMPRESSION = 3e-4
 AGREED_SHARE, AGREED = 0.03, {"cm": 0.3, "degrees": 3.0}
 """Reduced and full agree where they differ by no more than the share of what the full one achieves,
 or than that in the goal's unit."""
+REPEATED_SHARE, REPEATED = AGREED_SHARE, dict(AGREED)
+"""A walk repeats itself where near worlds change it by no more than this, likewise."""
 
 
 @dataclass(frozen=True)
@@ -78,23 +80,63 @@ class FullOrderWalk:
     """File of its legs' states, from the certificate's folder; None where it was not kept."""
     reason: str | None = None
     """Why it did not come to its end; None where it did, or where that was not kept."""
+    near_low: float | None = field(default=None, metadata=in_cm("near_low_cm"))
+    """The least that the reduced robot achieves in worlds that differ from this one by a thousandth
+    (`pneumorph.study.near_worlds`); None in files of earlier versions."""
+    near_high: float | None = field(default=None, metadata=in_cm("near_high_cm"))
+    """The most that it achieves there."""
+    repeats: bool = True
+    """Whether that is as good as the same: otherwise the walk is chaotic, and the two models need
+    not agree on it."""
 
     @property
     def parts(self) -> bool:
         """Whether finite elements know better."""
-        return not self.agrees and self.full is not None
+        return not self.agrees and self.full is not None and self.repeats
 
     @classmethod
     def of(
-        cls, world: int | None, kept: KeptWalk, reduced: float | None, goal: Goal = FORWARD
+        cls,
+        world: int | None,
+        kept: KeptWalk,
+        reduced: float | None,
+        goal: Goal = FORWARD,
+        near: np.ndarray | None = None,
     ) -> FullOrderWalk:
-        """The walk in a world of that number beside what the reduced robot achieves there."""
+        """The walk in a world of that number beside what the reduced robot achieves there.
+
+        Args:
+            world: The number; None for the world as it stands.
+            kept: The walk.
+            reduced: What the reduced robot achieves there [the goal's unit]; None where it failed.
+            goal: What counts.
+            near: What it achieves in near worlds, (near world,), NaN where it failed, which counts
+                as 0; None where that is not known.
+        """
         full, error, agrees = kept.achieved, None, False
         if full is not None and reduced is not None:
             error = reduced - full
             agrees = abs(error) <= max(AGREED[goal.unit], AGREED_SHARE * abs(full))
+        low, high, repeats = None, None, True
+        if near is not None:
+            counted = np.nan_to_num(near)
+            low, high = float(counted.min()), float(counted.max())
+            here = 0.0 if reduced is None else reduced
+            least = max(REPEATED[goal.unit], REPEATED_SHARE * abs(here))
+            repeats = max(high - here, here - low) <= least
         return cls(
-            world, full, reduced, error, agrees, kept.status, kept.wall_s, kept.states, kept.reason
+            world,
+            full,
+            reduced,
+            error,
+            agrees,
+            kept.status,
+            kept.wall_s,
+            kept.states,
+            kept.reason,
+            low,
+            high,
+            repeats,
         )
 
 

@@ -31,13 +31,21 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.report.style import save_figure
+from pneumorph.simulation.randomisation import World
 from pneumorph.study.analysis import walkers
 from pneumorph.study.certificate import worst_worlds
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import certify
-from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, full_order_walks
+from pneumorph.study.certified_walks import (
+    REPEATED,
+    REPEATED_SHARE,
+    FullOrderWalk,
+    KeptWalk,
+    full_order_walks,
+)
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.near_worlds import near_worlds
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.rivals import METHODS, WORLDS, Contender, Found, learned, searched, worlds_of
@@ -47,9 +55,20 @@ from pneumorph.study.study_once import study_folder, study_once
 WALKS_FILE = "walks.json"
 HERE = Path(__file__).parent
 Step = Literal[
-    "certificate", "seeds", "damping", "hidden", "bench", "rivals", "walks", "full", "hidden_full"
+    "certificate",
+    "seeds",
+    "damping",
+    "repeats",
+    "hidden",
+    "bench",
+    "rivals",
+    "walks",
+    "full",
+    "hidden_full",
 ]
-STEPS: tuple[Step, ...] = ("certificate", "seeds", "damping", "hidden", "bench", "rivals")
+STEPS: tuple[Step, ...] = (
+    "certificate", "seeds", "damping", "repeats", "hidden", "bench", "rivals"
+)  # fmt: skip
 
 
 def main(
@@ -106,6 +125,7 @@ def main(
     expert_cm = np.array(certificate.achieved, dtype=float)[:, 0]
     keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
+    keep("repeats", lambda: _repeats(source, certificate, work))
     if certified is not None:
         walks = [
             {"pair": pair.label, **result_to_dict(walk), "states": None}
@@ -247,7 +267,7 @@ def _walked(
     others = [place for place in range(1, len(certificate.pairs) + 1) if place != best]
     asked = [*((best, world) for world in (None, *worst)), *((other, None) for other in others)]
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
-    folder, walks = RunFolder(work / "certificate_full", "certify"), []
+    folder, walks, spec = RunFolder(work / "certificate_full", "certify"), [], run.robot.spec()
     there = {
         (int(walk.get("pair", certificate.best).removeprefix("L")), walk["world"]): KeptWalk(
             walk["full_cm"], walk["status"], walk["wall_s"], walk["states"]
@@ -255,17 +275,55 @@ def _walked(
         for walk in earlier
     }
     for place, number in asked if made else there:
-        kept = there.get((place, number))
+        kept, walker = there.get((place, number)), walkers(run, place)[-1]
         if kept is None:
-            walker, world = walkers(run, place)[-1], None if number is None else worlds[number]
-            (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
+            world = None if number is None else worlds[number]
+            (kept,) = full_order_walks(spec, [(walker, world)], folder)
         pair = certificate.pairs[place - 1]
         reduced = pair.nominal if number is None else float(reduced_cm[number, place])
-        walk = FullOrderWalk.of(number, kept, reduced)
+        here = World.nominal(spec.physics) if number is None else worlds[number]
+        near_cm, *_ = walks_in_worlds(
+            spec,
+            [walker.design],
+            [walker.gait],
+            near_worlds(here, spec.physics),
+            walker.settling_steps,
+            folder,
+            keep=True,
+        )
+        walk = FullOrderWalk.of(number, kept, reduced, near=near_cm[:, 0])
         walks.append({"pair": pair.label, **result_to_dict(walk)})
         if made:
             write_json(work / WALKS_FILE, finite(walks))
     return walks
+
+
+def _repeats(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str, Any]:
+    """How far the best pair's walks change in worlds that differ by a thousandth."""
+    best, spec = int(certificate.best.removeprefix("L")), run.robot.spec()
+    pair = run.pairs()[best - 1]
+    again, *_ = walks_in_worlds(
+        spec,
+        [pair.design],
+        [pair.gait],
+        [
+            near_worlds(each, spec.physics, 1)[0]
+            for each in unseen_worlds(worlds_of(run), WORLDS, 0)
+        ],
+        run.task.settling_step_count,
+        RunFolder(work, "robust"),
+    )
+    # The expert's come first.
+    first_cm = np.nan_to_num(np.array(certificate.achieved, dtype=float)[:, best])
+    changes_cm = np.abs(np.nan_to_num(again[:, 0]) - first_cm)
+    allowed_cm = np.maximum(REPEATED["cm"], REPEATED_SHARE * np.abs(first_cm))
+    return {
+        "median_change_cm": float(np.median(changes_cm)),
+        "ninetieth_percentile_change_cm": float(np.quantile(changes_cm, 0.9)),
+        "largest_change_cm": float(changes_cm.max()),
+        "chaotic_share": float(np.mean(changes_cm > allowed_cm)),
+        "band": result_to_dict(Band.of(again[:, 0])),
+    }
 
 
 def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str, Any]:

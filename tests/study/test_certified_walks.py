@@ -219,6 +219,11 @@ def test_finite_elements_stand_beside_the_robots_own_legs(
         RunFolder(tmp_path, "certify"),
         FORWARD,
     )
-    assert asked == [[WORLD]]  # the second, on the robot's own legs
+    assert asked[0] == [WORLD]  # the second, on the robot's own legs
     reduced = [(each.world, each.reduced) for each in found.full_order]
     assert reduced == [(None, 5.0), (1, 3.0), (2, 2.0)]
+    near = [round(worlds[0].friction, 1) for worlds in asked[1:]]
+    assert near == [round(spec().physics.friction, 1), 0.7, 0.4]
+    assert {each.reduction for worlds in asked[1:] for each in worlds} == {""}
+    said = [(each.near_low, each.near_high, each.repeats) for each in found.full_order]
+    assert said == [(3.0, 3.0, False), (3.0, 3.0, True), (3.0, 3.0, False)]
