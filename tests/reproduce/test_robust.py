@@ -72,7 +72,7 @@ def test_all_steps_end_in_one_summary(
         robust.main(learned, (), stiffer, tmp_path / "out", tmp_path / work, steps, hidden_count=3)
         return json.loads((tmp_path / "out" / "summary.json").read_text())
 
-    found = made("damping", "hidden")
+    found = made("damping", "hidden", "repeats")
     assert found["seeds"] is found["rivals"] is found["bench"] is None
     assert found["world_count"] == 200
     assert found["tenth_percentile_cm"] <= found["median_cm"]
@@ -81,6 +81,11 @@ def test_all_steps_end_in_one_summary(
     assert found["band_coverage"] == pytest.approx(within.mean())
     usual = found["damping"]["loss_factor_times_1"]["median_cm"]
     assert usual == pytest.approx(found["median_cm"])
+    changes = [f"{name}_change_cm" for name in ("median", "ninetieth_percentile", "largest")]
+    repeats = [found["repeats"][name] for name in changes]
+    # Robots that hardly move do nothing chaotic; another world is another walk all the same.
+    assert 0.0 < repeats[0] <= repeats[1] <= repeats[2] < 0.3
+    assert found["repeats"]["chaotic_share"] == 0.0
     again = made("seeds")
     assert again["hidden"] == found["hidden"]
     assert again["full_order_cm"] == []
@@ -98,6 +103,9 @@ def test_all_steps_end_in_one_summary(
     assert of_best[0][1] is None  # the world as it stands, then the two worst
     assert [world for _, world in of_other] == [None]  # of two pairs that were kept
     assert [walk["full_cm"] for walk in walked["walks"]] == [10.0, 20.0, 30.0, 40.0]
+    for walk in walked["walks"]:
+        assert walk["near_low_cm"] < walk["near_high_cm"]
+        assert walk["near_low_cm"] == pytest.approx(walk["reduced_cm"], abs=0.3)
     assert len({walk["pair"] for walk in walked["walks"][2:]}) == 2
     certificate = json.loads((tmp_path / "out" / "certificate.json").read_text())
     place = int(certificate["best"].removeprefix("L"))

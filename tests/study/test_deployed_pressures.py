@@ -13,7 +13,7 @@ import pytest
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.robot.design import Design
-from pneumorph.study.transfer import _Deployed
+from pneumorph.study.deployed_robot import DeployedRobot
 
 OURS = UsedCalibration("the published line", 4.0785, -20.361)
 THEIRS = UsedCalibration("runs/c/calibration.json", 3.813, -20.4, digest="abc")
@@ -26,7 +26,7 @@ def notes_of(folder: Path, theirs: UsedCalibration | None, ours: UsedCalibration
         summary["calibration"] = vars(theirs)
     (folder / "summary.json").write_text(json.dumps(summary))
     (folder / "settings.json").write_text("{}")
-    deployed = _Deployed("L", folder, gait, Design.parse(summary["design"]), ())
+    deployed = DeployedRobot("L", folder, gait, Design.parse(summary["design"]), ())
     return deployed.other_pressures(ours)
 
 
@@ -57,5 +57,5 @@ def test_of_pressures_that_are_the_simulation_s_nothing_is_told(
 
 def test_of_a_folder_without_a_summary_nothing_is_told(tmp_path: Path) -> None:
     gait = HeldGait(np.zeros(1), np.zeros((1, 3)), 1.0)
-    deployed = _Deployed("L", tmp_path, gait, Design.parse("1.0.0.2.2.0.0.1"), ())
+    deployed = DeployedRobot("L", tmp_path, gait, Design.parse("1.0.0.2.2.0.0.1"), ())
     assert deployed.other_pressures(OURS) == []

@@ -11,7 +11,7 @@ from pneumorph.hardware.deployment_log import STOPPED, DeploymentLog, LoggedPres
 from pneumorph.hardware.marker_track import MarkerTrack, write_track
 from pneumorph.hardware.trial import Trial, read_trials
 from pneumorph.hardware.trial_comparison import check_length
-from pneumorph.study.transfer import lost_notes, whole_trials
+from pneumorph.study.deployed_robot import lost_notes, whole_trials
 
 
 def logged(end_s: float, stopped_s: float | None = None) -> LoggedPressures:
