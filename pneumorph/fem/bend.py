@@ -6,6 +6,9 @@ import numpy as np
 
 from pneumorph.geometry.mesh import Mesh
 
+LEAST_WIDTH = 1e-4
+"""Of a face across relative to its length, below which it is a line."""
+
 
 def end_face_bend_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_end_face") -> float:
     """Turn of the outer end face about y, positive towards the paper side [degrees].
@@ -17,6 +20,10 @@ def end_face_bend_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_en
         mesh: The leg.
         positions: Its node positions in its own frame [mm], (node, 3).
         region: Node set of the face.
+
+    Raises:
+        MeshError: No such region.
+        ValueError: Its nodes lie on a line.
     """
     rotation = _face_rotation(mesh, positions, region)
     # Rotation about +y carries x towards -z, the paper side.
@@ -31,6 +38,10 @@ def end_face_turn_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_en
         mesh: The leg.
         positions: Its node positions in its own frame [mm], (node, 3).
         region: Node set of the face.
+
+    Raises:
+        MeshError: No such region.
+        ValueError: Its nodes lie on a line.
     """
     rotation = _face_rotation(mesh, positions, region)
     axis = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0],
@@ -39,8 +50,20 @@ def end_face_turn_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_en
 
 
 def _face_rotation(mesh: Mesh, positions: np.ndarray, region: str) -> np.ndarray:
+    """Best rigid fit of a face's nodes, (3, 3).
+
+    Raises:
+        MeshError: No such region.
+        ValueError: Its nodes lie on a line, whose turn about itself nothing tells.
+    """
     nodes = mesh.node_set(region)
-    rest = mesh.nodes[nodes] - mesh.nodes[nodes].mean(axis=0)
+    rest = mesh.nodes[nodes] - mesh.nodes[nodes].sum(axis=0) / max(len(nodes), 1)
+    _, across, along = np.linalg.eigvalsh(rest.T @ rest)  # squares of lengths
+    if across <= LEAST_WIDTH**2 * along:
+        raise ValueError(
+            f"the {len(nodes)} nodes of {region!r} lie on a line or in a point, expected those of "
+            "a face: how far it turned cannot be told; was an edge of the end put into that region?"
+        )
     return best_rotation(rest, positions[nodes] - positions[nodes].mean(axis=0))
 
 

@@ -11,6 +11,8 @@ from pneumorph.geometry.mesh import Mesh
 _STEP_LIMIT = 100
 _TOLERANCE = 1e-12
 """Of moments in units of the mesh's own: some thousand roundings."""
+_LEVEL = 1e-6
+"""Of the mesh's height: nodes this near count as on one level."""
 _FIRST, _SECOND = [0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]
 """Second moments xx, xy, yy, then those with z."""
 _ALL, _WITHOUT_HEIGHT = 10, 7
@@ -34,7 +36,8 @@ def matched_node_mass(mesh: Mesh, body: MassProperties) -> np.ndarray:
 
     Raises:
         ValueError: No positive masses on these nodes have the body's moments: it reaches beyond the
-            mesh, or its place or shape are others.
+            mesh, or its place or shape are others. Of a mesh of two levels: its mass, centre and
+            moment about the vertical.
     """
     even = node_mass(mesh, 1.0, "volume")
     centre = even @ mesh.nodes
@@ -48,7 +51,7 @@ def matched_node_mass(mesh: Mesh, body: MassProperties) -> np.ndarray:
     monomials = np.column_stack(
         [np.ones(len(points)), points, points[:, _FIRST] * points[:, _SECOND]]
     )
-    for count in (_ALL, _WITHOUT_HEIGHT):
+    for count in (_ALL, _WITHOUT_HEIGHT) if _on_two_levels(mesh) else (_ALL,):
         masses = _nearest(even, monomials[:, :count], wanted[:count])
         if masses is not None:
             result: np.ndarray = body.mass_kg * masses / masses.sum()
@@ -59,6 +62,13 @@ def matched_node_mass(mesh: Mesh, body: MassProperties) -> np.ndarray:
         f"{', '.join(f'{m:g}' for m in np.linalg.eigvalsh(body.inertia))} kg mm^2 of "
         f"{body.mass_kg:g} kg; the body is of another shape, or elsewhere"
     )
+
+
+def _on_two_levels(mesh: Mesh) -> bool:
+    """Whether all nodes lie at the mesh's top or at its bottom."""
+    height = mesh.nodes[:, 2]
+    from_end = np.minimum(height - height.min(), height.max() - height)
+    return bool(from_end.max() <= _LEVEL * np.ptp(height))
 
 
 def _nearest(even: np.ndarray, monomials: np.ndarray, wanted: np.ndarray) -> np.ndarray | None:

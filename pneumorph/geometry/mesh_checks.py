@@ -38,9 +38,11 @@ def check_mesh(
     Raises:
         MeshError: The mesh is empty; an element is inverted or degenerate; a face belongs to three
             elements; nodes are unused; the solid falls apart; a region is unknown or empty; a
-            cavity is open or inside out, shares a triangle with another or holds a contact point; a
-            node's mirror image is elsewhere.
+            surface has a triangle twice, or one that was asked for, or the sheet, has one that is
+            no element's face; a cavity is open, inside out or filled with elements, shares a
+            triangle with another or holds a contact point; a node's mirror image is elsewhere.
     """
+    surfaces = list(surfaces)
     if not len(mesh.tetrahedra):
         raise MeshError("the mesh has no tetrahedra; was only its surface meshed or exported?")
     for name in surfaces:
@@ -53,10 +55,14 @@ def check_mesh(
             raise MeshError(f"node set {name!r} is empty")
     _check_elements(mesh)
     _check_connection(mesh)
+    _check_once(mesh)
     regions = list(dict.fromkeys([*cavities, *cavity_regions(mesh)]))
     for region in regions:
         check_cavity(mesh, region)
     _check_apart(mesh, regions)
+    for name in dict.fromkeys([*surfaces, "sheet"]):
+        if name in mesh.surfaces and name not in regions:
+            _check_faces(mesh, name)
     if mesh.mirror_nodes is not None:
         _check_mirror(mesh)
 
@@ -65,13 +71,21 @@ def check_cavity(mesh: Mesh, region: str = "cavity") -> None:
     """Check that a surface is closed, lies on the solid's boundary and points into the solid.
 
     Raises:
-        MeshError: It is not so.
+        MeshError: It is not so, or there are elements on both sides of it.
     """
     triangles = mesh.surface(region)
     if not len(triangles):
         raise MeshError(f"surface region {region!r} is empty")
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    boundary, inner = _face_keys(mesh)
     size = len(mesh.nodes)
+    filled = int(np.isin(_keys(triangles, size), inner).sum())
+    if filled:
+        raise MeshError(
+            f"{filled} of {len(triangles)} triangles of surface {region!r} lie between two "
+            "elements, expected elements on one side alone: the cavity is filled with elements; "
+            "delete its volume before meshing"
+        )
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     forward = edges[:, 0].astype(np.int64) * size + edges[:, 1]
     backward = edges[:, 1].astype(np.int64) * size + edges[:, 0]
     open_edges = np.setdiff1d(forward, backward)
@@ -81,10 +95,9 @@ def check_cavity(mesh: Mesh, region: str = "cavity") -> None:
             f"surface {region!r} is not closed: {len(open_edges)} edges belong to one triangle or "
             f"to two of opposite orientation, one of them at {np.round(node, 3).tolist()} mm"
         )
-    solid_faces = _keys(mesh.tetrahedra[:, TETRAHEDRON_FACES].reshape(-1, 3), size)
-    inward = int(np.isin(_keys(triangles[:, ::-1], size), solid_faces).sum())
+    inward = int(np.isin(_keys(triangles[:, ::-1], size), boundary).sum())
     if inward < len(triangles):
-        outward = int(np.isin(_keys(triangles, size), solid_faces).sum())
+        outward = int(np.isin(_keys(triangles, size), boundary).sum())
         if outward + inward < len(triangles):
             raise MeshError(
                 f"{len(triangles) - outward - inward} triangles of surface {region!r} are no faces "
@@ -99,6 +112,39 @@ def check_cavity(mesh: Mesh, region: str = "cavity") -> None:
         raise MeshError(
             f"surface {region!r} holds {volume:.6g} mm^3: it is the outside of the solid, not a "
             "cavity, or it crosses itself"
+        )
+
+
+def _check_once(mesh: Mesh) -> None:
+    """Check that no surface has a triangle twice, whichever way it looks."""
+    for name, triangles in mesh.surfaces.items():
+        _, first, count = np.unique(
+            _keys(np.sort(triangles, axis=1), len(mesh.nodes)),
+            return_index=True,
+            return_counts=True,
+        )
+        if np.any(count > 1):
+            corners = mesh.nodes[triangles[first[count > 1].min()]]
+            raise MeshError(
+                f"{np.sum(count > 1)} of {len(count)} triangles of surface {name!r} occur more "
+                f"than once, one of them at {np.round(corners.mean(axis=0), 3).tolist()} mm, "
+                "expected each once: what acts on them would act twice; were overlapping groups "
+                "joined? `pneumorph mesh --file` drops those of a file"
+            )
+
+
+def _check_faces(mesh: Mesh, region: str) -> None:
+    """Check that a surface's triangles are faces of elements, on the boundary or inside."""
+    triangles = mesh.surface(region)
+    faces = np.concatenate(_face_keys(mesh))
+    there = [
+        np.isin(_keys(each, len(mesh.nodes)), faces) for each in (triangles, triangles[:, ::-1])
+    ]
+    strange = int((~there[0] & ~there[1]).sum())
+    if strange:
+        raise MeshError(
+            f"{strange} of {len(triangles)} triangles of surface {region!r} are no faces of the "
+            "solid's elements; was the surface meshed apart from it?"
         )
 
 
@@ -132,6 +178,15 @@ def _keys(triangles: np.ndarray, node_count: int) -> np.ndarray:
     turned = np.take_along_axis(triangles, turn, axis=1).astype(np.int64)
     keys: np.ndarray = (turned[:, 0] * node_count + turned[:, 1]) * node_count + turned[:, 2]
     return keys
+
+
+def _face_keys(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the elements' faces, looking out of them: of those on the solid's boundary, and
+    of those between two elements, each of which is there both ways."""
+    faces, size = mesh.tetrahedra[:, TETRAHEDRON_FACES].reshape(-1, 3), len(mesh.nodes)
+    keys = _keys(faces, size)
+    between = np.isin(_keys(faces[:, ::-1], size), keys)
+    return keys[~between], keys[between]
 
 
 def _check_elements(mesh: Mesh) -> None:

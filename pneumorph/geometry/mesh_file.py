@@ -23,8 +23,8 @@ LEAST_EXTENT_MM, LARGEST_EXTENT_MM = 1.0, 10_000.0
 _DIMENSION_OF = {"vertex": 0, "line": 1, "triangle": 2}
 """Of the cells that make regions."""
 
-_OTHER_VOLUMES = ("hexahedron", "wedge", "pyramid", "tetra10", "hexahedron20", "hexahedron27")
-"""Cells that fill space and are no linear tetrahedra, as meshio calls them."""
+_HIGHER_ORDER = {"triangle6", "triangle10", "triangle15", "tetra10", "tetra20", "tetra35"}
+"""Triangles and tetrahedra with nodes on their edges, as meshio calls them."""
 
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
@@ -43,11 +43,11 @@ def read_mesh_file(
 
     Regions are gmsh's physical groups by name; in other formats, integer cell data ``region`` with
     `region_names` saying what a number means. Triangles of a region make a surface of that name,
-    and all nodes of a region's points, lines or triangles a node set of that name. Nodes that no
-    tetrahedron uses are dropped; a cavity whose normals all leave the solid is turned round, since
-    mesh generators orient a boundary that way. Where no region is called ``skin``, it is the
-    boundary without the cavities, which are all regions whose names begin with ``cavity``; contact
-    points are nodes of the skin, spread evenly.
+    and all nodes of a region's points, lines or triangles a node set of that name; a triangle that
+    a region has more than once counts once. Nodes that no tetrahedron uses are dropped; a cavity
+    whose normals all leave the solid is turned round, since mesh generators orient a boundary that
+    way. Where no region is called ``skin``, it is the boundary without the cavities, which are all
+    regions whose names begin with ``cavity``; contact points are nodes of the skin, spread evenly.
 
     Args:
         path: The file.
@@ -60,8 +60,8 @@ def read_mesh_file(
     Raises:
         FileNotFoundError: No such file.
         ModuleNotFoundError: meshio is not installed.
-        MeshError: The file cannot be read, or the mesh is faulty, lacks a region or is of no
-            plausible size.
+        MeshError: The file cannot be read, or the mesh is faulty, of several volumes, lacks a
+            region or is of no plausible size.
     """
     path = Path(path)
     if not path.exists():
@@ -85,6 +85,7 @@ def read_mesh_file(
         check_mesh(mesh)  # now with its contact points
         _check_upright(mesh)
         _check_outwards(mesh)
+        _check_end_face(mesh)
     except MeshError as error:
         raise MeshError(f"mesh file {path}: {error}") from error
     return mesh
@@ -94,24 +95,35 @@ def _mesh_of(read: Any, region_names: dict[int, str], scale: float) -> Mesh:
     """What was read, in mm and without the nodes that no tetrahedron uses.
 
     Raises:
-        MeshError: It has no tetrahedra, or is of no plausible size.
+        MeshError: It has no tetrahedra, or those of several volumes, or is of no plausible size.
     """
     tetrahedra = [block.data for block in read.cells if block.type == "tetra"]
-    others = sorted({block.type for block in read.cells if block.type in _OTHER_VOLUMES})
+    others = sorted({block.type for block in read.cells if block.dim == 3} - {"tetra"})
     if tetrahedra and others:
         raise MeshError(
             f"it holds {' and '.join(others)} cells beside linear tetrahedra, expected tetrahedra "
             "alone: the others would be left out of the solid"
         )
     if not tetrahedra:
-        kinds = ", ".join(sorted({block.type for block in read.cells})) or "none"
-        fill = (
-            ""
-            if "triangle" not in kinds
-            else ": fill the surface with a mesher (netgen, gmsh), or if it is filled, give the "
-            "volume a physical group too, without which gmsh does not save it"
+        kinds = {block.type for block in read.cells}
+        advice = []
+        if kinds & _HIGHER_ORDER:
+            advice.append(
+                "save linear (first-order) elements (Mesh.ElementOrder = 1 in gmsh), to which "
+                "--quadratic adds midside nodes"
+            )
+        if not others and kinds & {"triangle", *_HIGHER_ORDER}:
+            advice.append(
+                "fill the surface with a mesher (netgen, gmsh), or if it is filled, give the "
+                "volume a physical group too, without which gmsh does not save it"
+            )
+        told = ", ".join(sorted(kinds)) or "none"
+        raise MeshError(
+            f"it holds no linear tetrahedra; its cells are: {told}"
+            + (": " if advice else "")
+            + "; ".join(advice)
         )
-        raise MeshError(f"it holds no linear tetrahedra; its cells are: {kinds}{fill}")
+    _check_one_volume(read)
     cells = np.concatenate(tetrahedra)
     triangles, sets = _regions(read, region_names)
     used, compact = np.unique(cells, return_inverse=True)
@@ -146,9 +158,53 @@ def _regions(
         if kind == "triangle":
             triangles.setdefault(name, []).append(members)
     return (
-        {name: np.concatenate(parts) for name, parts in triangles.items()},
+        {name: _each_once(np.concatenate(parts)) for name, parts in triangles.items()},
         {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
     )
+
+
+def _each_once(triangles: np.ndarray) -> np.ndarray:
+    """Triangles without those that were there before, whichever way they look, (triangle, 3)."""
+    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
+    once: np.ndarray = triangles[np.sort(first)]
+    return once
+
+
+def _check_one_volume(read: Any) -> None:
+    """Refuse tetrahedra of several volumes, which may be of several materials. In gmsh's files
+    physical groups count, of which 0 is none; its elementary entities may be several.
+
+    Raises:
+        MeshError: There is more than one, and one of them does not hold all tetrahedra.
+    """
+    field = _tag_field(read)
+    names = {int(tag): name for name, (tag, dimension) in read.field_data.items() if dimension == 3}
+    tags = read.cell_data.get(field, ())
+    held: dict[str, int] = {}
+    total = 0
+    for place, block in enumerate(read.cells):
+        if block.type != "tetra":
+            continue
+        total += len(block.data)
+        # Of gmsh's newer formats, in which an element may be in several groups.
+        sets = {name: read.cell_sets[name][place] for name in {*names.values()} & {*read.cell_sets}}
+        here = {repr(name): len(chosen) for name, chosen in sets.items() if chosen is not None}
+        if place < len(tags):
+            for tag, count in zip(*np.unique(tags[place], return_counts=True), strict=True):
+                name = names.get(int(tag))
+                if name not in sets and not (field == "gmsh:physical" and tag == 0):
+                    here[str(int(tag)) if name is None else repr(name)] = int(count)
+        for name, count in here.items():
+            if count:
+                held[name] = held.get(name, 0) + count
+    if len(held) > 1 and min(held.values()) < total:
+        told = ", ".join(f"{name}: {count}" for name, count in sorted(held.items()))
+        kind = "physical volume" if field == "gmsh:physical" else "region"
+        raise MeshError(
+            f"its {total} tetrahedra are in {len(held)} {kind}s ({told}), expected one: a part has "
+            f"one solid material; put all that is of it into one {kind}, and delete what is not, "
+            "such as the air in a cavity, before meshing"
+        )
 
 
 def _check_numbers(read: Any, region_names: dict[int, str]) -> None:
@@ -243,6 +299,22 @@ def _check_outwards(mesh: Mesh) -> None:
         raise MeshError(
             f"outer_end_face lies ({told}) mm from attachment, expected it along +x: bends are "
             "measured about y; turn the nodes before the file is written"
+        )
+
+
+def _check_end_face(mesh: Mesh) -> None:
+    """Refuse an end that is an edge or a point.
+
+    Raises:
+        MeshError: The nodes of ``outer_end_face``, if there is one, cover no triangle of the
+            outside.
+    """
+    nodes = mesh.node_sets.get("outer_end_face")
+    if nodes is not None and not np.isin(outer_boundary(mesh), nodes).all(axis=1).any():
+        raise MeshError(
+            f"the {len(nodes)} nodes of outer_end_face cover no triangle of the solid's outside, "
+            "expected a face: the bend is how far it turns, which a line or a point does not tell; "
+            "was an edge of the end put into that group?"
         )
 
 

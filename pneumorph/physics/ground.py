@@ -18,6 +18,8 @@ from pneumorph.physics.height_map import HeightMap
 
 MOST_CELLS = 4e6
 """Cells of a ground that is made."""
+_NEAR_MM = 1e-6
+"""Far above rounding, far below any step."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,27 @@ class Steps(Checked):
     count: Annotated[int, Bounds(least=1, most=1000)] = 1
     """Number of steps."""
 
+    def check_within(self, low_mm: float, high_mm: float, cure: str) -> None:
+        """Refuse steps that are not wholly on a ground, which goes on level beyond its ends.
+
+        Args:
+            low_mm: Where the ground begins, x [mm].
+            high_mm: Where it ends, x [mm].
+            cure: What would make them fit, in words.
+
+        Raises:
+            ValueError: One begins before the ground does, or still rises where it ends.
+        """
+        end = self.start_mm + self.count * self.run_mm + (self.count - 1) * self.tread_mm
+        within = low_mm - _NEAR_MM <= self.start_mm and end <= high_mm + _NEAR_MM
+        if self.rise_mm != 0.0 and not within:
+            raise ValueError(
+                f"steps.start_mm {self.start_mm:g}, run_mm {self.run_mm:g}, tread_mm "
+                f"{self.tread_mm:g} and count {self.count} make steps from {self.start_mm:g} to "
+                f"{end:g} mm along x, expected within the ground, from {low_mm:g} to "
+                f"{high_mm:g} mm: beyond it goes on level, without steps. {cure}"
+            )
+
     def height(self, x: np.ndarray) -> np.ndarray:
         """Heights at places along x [mm]: a cubic that begins and ends level for each step."""
         starts = self.start_mm + (self.run_mm + self.tread_mm) * np.arange(self.count)
@@ -85,7 +108,8 @@ class Ground(Checked):
     up, counted from the floor's height.
 
     Raises:
-        ValueError: A number is out of range, or the grid is too coarse for what is on it.
+        ValueError: A number is out of range, the grid is too coarse for what is on it, or steps go
+            on beyond it; of a ground with a map `grid` tells the latter.
     """
 
     map: HeightMap = field(default_factory=HeightMap)
@@ -126,6 +150,10 @@ class Ground(Checked):
                     f"{name} is {value:g}, expected at least {least:g} times {of_it}, {spacing:g}: "
                     "a coarser grid does not show it"
                 )
+        if self.map.path is None:
+            end = 0.5 * spacing * round(self.length_mm / spacing)
+            cure = "Make them fewer or shorter, or length_mm larger"
+            self.steps.check_within(-end, end, cure)
 
     @property
     def is_plane(self) -> bool:
@@ -160,8 +188,8 @@ class Ground(Checked):
 
         Raises:
             FileNotFoundError: No such map.
-            ValueError: The map is no grey image, or no grid of heights; names the setting and the
-                file.
+            ValueError: The map is no grey image, no grid of heights, or too short for the steps;
+                names the setting and the file.
         """
         path = self.map.path
         changed_ns = Path(path).stat().st_mtime_ns if path and Path(path).exists() else 0
@@ -206,4 +234,11 @@ def _grid_of(ground: Ground, changed_ns: int) -> HeightGrid:
         rows, columns = heights.shape
         heights = heights + ground.rough.heights_mm((rows, columns), spacing)
     x = centre[0] + nodes_along(heights.shape[1], spacing)
+    if ground.map.path is not None:
+        name = Path(ground.map.path).name
+        cure = f"Make them fewer or shorter, or the map {name} longer (mm_per_pixel {spacing:g})"
+        try:
+            ground.steps.check_within(float(x[0]), float(x[-1]), cure)
+        except ValueError as error:
+            raise ValueError(f"physics.ground.{error}") from error
     return HeightGrid(heights + ground.steps.height(x), spacing, centre)

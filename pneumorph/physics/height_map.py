@@ -15,13 +15,18 @@ from pneumorph.physics.height_grid import HeightGrid, checked_heights
 LEAST_HEIGHT_MM = 0.1
 """A map whose heights differ by less [mm] is a plane to legs that are some ten millimetres high."""
 
+_WITHOUT_WHITE = {"F": "floating-point numbers", "I": "integers that are signed or of 32 bits"}
+"""Pillow's modes of grey images without a largest value, and what they hold."""
+_TIFF_BITS, _TIFF_MEANING = 258, 262
+"""Tags of a TIFF: bits of a pixel, and what 0 means, 1 being black."""
+
 
 @dataclass(frozen=True)
 class HeightMap(Checked):
     """A file of heights, seen from above: columns go along x (forward), rows from +y to -y."""
 
     path: Path | None = None
-    """A grey image (such as PNG of 8 or 16 bits), or an .npy file with heights in mm. None: a
+    """A grey image of 8 or 16 bits (such as PNG), or an .npy file with heights in mm. None: a
     plane."""
     mm_per_pixel: Positive = 1.0
     """Distance between neighbouring pixels [mm]."""
@@ -76,17 +81,13 @@ class HeightMap(Checked):
                         f"height map {path} holds {heights.dtype}, expected heights in mm"
                     )
                 return np.asarray(heights, dtype=float)
-        from matplotlib.image import imread
-
         try:
-            pixels = imread(path)
+            pixels = _pixels(path)
         except (OSError, SyntaxError) as error:
             raise ValueError(
                 f"height map {path} is not an image that can be read ({error}); expected a grey "
                 "image such as PNG, or a .npy of heights in mm"
             ) from error
-        if pixels.dtype.kind == "u":
-            pixels = pixels / np.iinfo(pixels.dtype).max
         if pixels.ndim == 3:
             colours = pixels[:, :, : 3 if pixels.shape[2] > 2 else 1]
             if np.ptp(colours, axis=2).max() > 0.0:
@@ -96,6 +97,44 @@ class HeightMap(Checked):
             pixels = colours[:, :, 0]
         grey = np.asarray(pixels, dtype=float)
         return self.black_mm + (self.white_mm - self.black_mm) * grey
+
+
+def _pixels(path: Path) -> np.ndarray:
+    """Pixels of an image from 0 (black) to 1 (white), (row, column) or (row, column, colour).
+
+    Raises:
+        OSError: It cannot be read.
+        SyntaxError: Its format is broken.
+        ValueError: Its pixels have no white, or are not read as they are meant.
+    """
+    from matplotlib.image import imread
+    from PIL import Image
+
+    instead = "expected greys of 8 or 16 bits, such as PNG, or heights in mm saved as .npy"
+    with Image.open(path) as image:
+        mode, kind = image.mode, image.format
+        tags = dict(image.getexif()) if kind == "TIFF" else {}
+        if mode == "I" and kind == "PPM":  # of 16 bits; Pillow makes 65535 of its white
+            return np.asarray(image) / 65535.0
+    # Some versions of Pillow open PNG of 16 bits as I. Of other files in these modes matplotlib
+    # cuts all above 255.
+    if mode in _WITHOUT_WHITE and kind != "PNG":
+        raise ValueError(
+            f"height map {path} has pixels of mode {mode} ({_WITHOUT_WHITE[mode]}), of which none "
+            f"is white; {instead}"
+        )
+    pixels = imread(path)
+    if pixels.dtype == np.uint16:  # Pillow leaves such as they are in the file
+        bits, black_is_zero = tags.get(_TIFF_BITS, 16), tags.get(_TIFF_MEANING, 1) == 1
+        if bits != 16 or not black_is_zero:
+            raise ValueError(
+                f"height map {path} is a TIFF of {bits} bits whose 0 is "
+                f"{'black' if black_is_zero else 'white'}, expected 16 bits whose 0 is black; "
+                f"{instead}"
+            )
+    if pixels.dtype.kind == "u":
+        pixels = pixels / np.iinfo(pixels.dtype).max
+    return pixels
 
 
 def height_field(

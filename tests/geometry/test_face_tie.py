@@ -81,6 +81,80 @@ def test_attachments_that_span_no_face_are_refused():
         tied_over_face(dataclasses.replace(mesh, node_sets=line))
 
 
+def uneven(offsets_mm: np.ndarray, carried: np.ndarray) -> Mesh:
+    """A block whose left face has a corner, a middle of a side or its centre off its plane.
+
+    Args:
+        offsets_mm: How far into the block each of the 3 x 3 nodes of the face lies [mm], (9,).
+        carried: Which of them are the attachment, by number.
+    """
+    mesh = block(2)
+    face = mesh.node_sets["left"]
+    nodes = mesh.nodes.copy()
+    nodes[face, 0] += offsets_mm
+    sets = {**mesh.node_sets, "attachment": face[carried], "attachment_face": face}
+    return dataclasses.replace(mesh, nodes=nodes, node_sets=sets)
+
+
+CORNERS, MIDDLE = np.array([0, 2, 6, 8]), 4
+RECESS = np.where(np.arange(9) == MIDDLE, 1.0, 0.0)
+
+
+def test_a_face_with_a_recess_that_its_attachment_shares_follows_rigidly():
+    """Nodes carried at both levels span it: every affine motion is followed off the plane too."""
+    offsets = np.array([0.0, 0.7, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
+    mesh = uneven(offsets, CORNERS)
+    tie = FaceTie.of(mesh)
+    rest = mesh.nodes[tie.nodes]
+    rng = np.random.default_rng(0)
+    matrix, shift = rng.normal(size=(3, 3)), rng.normal(size=3)
+    moved = tie.spread(rest[:4] @ matrix.T + shift)
+    np.testing.assert_allclose(moved, rest @ matrix.T + shift, atol=1e-12)
+    assert np.abs(tie.weights).max() < 2.0
+
+
+def test_what_is_off_the_plane_by_rounding_leaves_the_weights_as_they_are():
+    flat, rounded = (FaceTie.of(uneven(share * RECESS, CORNERS)).weights for share in (0.0, 5e-4))
+    np.testing.assert_array_equal(flat, rounded)
+
+
+@pytest.mark.parametrize(
+    ("corner_mm", "told"),
+    [(0.0, "1 mm off the face .* and 1 of 5"), (0.1, r"0\.975 mm off the face .* and 1 of 5")],
+    ids=["flat", "nearly flat"],
+)
+def test_a_recess_that_the_attachment_does_not_span_is_refused(corner_mm, told):
+    """It would be pressed into the plane of the corners for good, or carried by long levers."""
+    mesh = uneven(RECESS + corner_mm * (np.arange(9) == 8), CORNERS)
+    node = mesh.node_sets["left"][MIDDLE]
+    with pytest.raises(MeshError, match=rf"node {node} of 'attachment_face' lies {told}"):
+        FaceTie.of(mesh)
+
+
+@pytest.mark.parametrize(
+    ("carried", "message"),
+    [
+        ([0, 8], "'attachment' has 2 nodes, expected at least three that span a face"),
+        ([0, 4, 8], "the 3 nodes of 'attachment' lie on one line, expected at least three"),
+        ([0, 2, 6, 7], "are at one place of its face"),
+    ],
+)
+def test_attachments_that_a_face_cannot_follow_are_refused(carried, message):
+    mesh = uneven(np.zeros(9), np.array(carried))
+    if carried[-1] == 7:  # a double node
+        nodes = mesh.nodes.copy()
+        nodes[mesh.node_sets["left"][7]] = nodes[mesh.node_sets["left"][6]]
+        mesh = dataclasses.replace(mesh, nodes=nodes)
+    with pytest.raises(MeshError, match=message):
+        FaceTie.of(mesh)
+
+
+def test_two_nodes_that_no_other_follows_are_an_attachment():
+    mesh = uneven(np.zeros(9), np.array([0, 8]))
+    sets = {**mesh.node_sets, "attachment_face": mesh.node_sets["attachment"]}
+    assert len(FaceTie.of(dataclasses.replace(mesh, node_sets=sets)).nodes) == 2
+
+
 def test_the_measured_leg_is_tied_over_its_first_tooth():
     """End face of the solid tooth, 20 x 16 mm."""
     mesh = measured_leg_mesh()

@@ -142,6 +142,13 @@ def test_a_file_that_has_changed_is_read_again(tmp_path: Path) -> None:
             lambda: Ground(steps=Steps(5.0, run_mm=1.0)),
             r"steps.run_mm is 1, expected at least 2 times spacing_mm, 5",
         ),
+        (
+            lambda: Ground(steps=Steps(8.0, count=20)),
+            r"steps.start_mm 150, run_mm 20, tread_mm 100 and count 20 make steps from 150 to 2450 "
+            r"mm along x, expected within the ground, from -1000 to 1000 mm",
+        ),
+        (lambda: Ground(steps=Steps(8.0, 990.0)), r"from 990 to 1010 mm .* length_mm larger"),
+        (lambda: Ground(steps=Steps(8.0, -1200.0)), r"from -1200 to -1180 mm along x, expected"),
         (lambda: replace(ROUGH, length_mm=1e9), "expected at least 4 along each side and at most"),
         (lambda: replace(ROUGH, width_mm=10.0), r"has 400 x 2 cells of spacing_mm 5, expected"),
         (
@@ -153,3 +160,26 @@ def test_a_file_that_has_changed_is_read_again(tmp_path: Path) -> None:
 def test_grounds_that_cannot_be_are_refused(make, message) -> None:
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_steps_that_a_ground_has_no_room_for_are_refused_where_its_map_is_read(
+    tmp_path: Path,
+) -> None:
+    """They would be missing from the heights and told in the description."""
+    np.save(tmp_path / "hills.npy", np.zeros((200, 200)))
+    map_of_hills = HeightMap(tmp_path / "hills.npy")
+    ground = Ground(map_of_hills, steps=Steps(8.0))
+    message = r"physics.ground.steps.start_mm 150.* from -99.5 to 99.5 mm.* the map hills.npy"
+    for told in (ground.grid, lambda: ground.floor(-10.0, np.zeros((1, 3)))):
+        with pytest.raises(ValueError, match=message):
+            told()
+    moved = replace(ground, map=replace(map_of_hills, centre_x_mm=70.5))
+    assert np.ptp(moved.grid().nodes[..., 0]) == pytest.approx(8.0)  # it ends where the map does
+    assert Ground(map_of_hills, steps=Steps(0.0, 5e3)).grid().height(*np.zeros(2)) == 0.0
+
+
+def test_steps_may_end_where_the_ground_does_and_those_without_a_rise_anywhere() -> None:
+    assert np.ptp(Ground(steps=Steps(8.0, 980.0)).grid().nodes[..., 0]) == pytest.approx(8.0)
+    assert np.ptp(Ground(steps=Steps(8.0, -1000.0)).grid().nodes[..., 0]) == pytest.approx(8.0)
+    assert Ground(steps=Steps(0.0, 5000.0, count=1000)).is_plane
+    assert Ground(length_mm=10.0).is_plane

@@ -69,6 +69,57 @@ def test_a_grey_image_with_three_equal_colours_is_grey(tmp_path):
     np.testing.assert_allclose(heights, greys, atol=2.0 / 255)
 
 
+RAMP = np.linspace(0.0, 1.0, 8 * 9).reshape(8, 9)
+
+
+def saved(folder, name, pixels, **options):
+    """The path of an image of these pixels."""
+    from PIL import Image
+
+    Image.fromarray(pixels).save(folder / name, **options)
+    return folder / name
+
+
+@pytest.mark.parametrize("name", ["hills.tif", "hills.pgm", "hills.png"])
+def test_sixteen_bits_of_any_format_are_heights(tmp_path, name):
+    greys = (65535 * RAMP).round().astype("uint16")
+    heights = HeightMap(saved(tmp_path, name, greys), white_mm=20.0).heights_mm()
+    np.testing.assert_allclose(heights, 20.0 * greys / 65535, atol=1e-5)
+
+
+@pytest.mark.parametrize("mode", ["LA", "P", "1"])
+def test_greys_with_alpha_of_a_palette_or_of_one_bit_are_heights(tmp_path, mode):
+    from PIL import Image
+
+    greys = (255 * (RAMP > 0.4 if mode == "1" else RAMP)).astype("uint8")
+    Image.fromarray(greys).convert(mode).save(tmp_path / "hills.png")
+    heights = HeightMap(tmp_path / "hills.png", white_mm=20.0).heights_mm()
+    np.testing.assert_allclose(heights, 20.0 * greys / 255.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "pixels", "message"),
+    [
+        ("hills.tif", (20.0 * RAMP).astype("float32"), r"mode F \(floating-point numbers\)"),
+        ("hills.pfm", (20.0 * RAMP).astype("float32"), r"mode F \(floating-point numbers\)"),
+        ("hills.tif", (65535 * RAMP).astype("int32"), r"mode I \(integers that are signed or of"),
+    ],
+)
+def test_images_without_a_white_are_refused(tmp_path, name, pixels, message):
+    """Matplotlib cuts theirs above 255, so that hills of 20 mm had 0.8."""
+    path = saved(tmp_path, name, pixels)
+    with pytest.raises(ValueError, match=message + r".* 8 or 16 bits, .* in mm saved as \.npy"):
+        HeightMap(path, white_mm=20.0).heights_mm()
+
+
+def test_a_tiff_whose_zero_is_white_is_refused(tmp_path):
+    """Pillow turns such of 8 bits over and leaves those of 16 as they are."""
+    greys = (65535 * RAMP).round().astype("uint16")
+    path = saved(tmp_path, "hills.tif", greys, tiffinfo={262: 0})
+    with pytest.raises(ValueError, match=r"hills\.tif is a TIFF of 16 bits whose 0 is white"):
+        HeightMap(path).heights_mm()
+
+
 def test_settings_name_the_map(tmp_path):
     np.save(tmp_path / "hills.npy", cubic(*grid()))
     map_of_hills = HeightMap(tmp_path / "hills.npy", mm_per_pixel=2.0)
