@@ -37,6 +37,10 @@ _LEAST_ACROSS_MM, _MOST_ACROSS_MM = 5.0, 5000.0
 """Sizes of a mesh beyond which its unit is not mm."""
 _FURTHEST_MM = 500.0
 """How far from the hub what it carries, or what is looked at, may be [mm]."""
+_LEAST_GYRATION, _MOST_GYRATION = 0.05, 2.0
+"""Radius of gyration of a hub that is all in its middle, relative to its longest side, and of one
+with a mast on it, relative to the distance of its furthest corner. Of another unit it is 30 times
+more, or a thousandth."""
 _SIZES = {
     "box": ("length_mm", "width_mm", "height_mm", "bottom_mm"),
     "disk": ("radius_mm", "height_mm", "bottom_mm"),
@@ -78,7 +82,8 @@ class HubDescription(Checked):
     centre_mm: Vector | None = None
     """Centre of mass that goes with mass_kg and inertia_kg_mm2 [mm]."""
     inertia_kg_mm2: tuple[Vector, Vector, Vector] | None = None
-    """Inertia about the centre that goes with mass_kg and centre_mm, three rows [kg mm^2]."""
+    """Inertia about the centre that goes with mass_kg and centre_mm, three rows [kg mm^2]; one that
+    no hub of such a size and mass has is refused."""
     payload_g: Payload = 0.0
     """What the hub carries besides, as a point [g]."""
     payload_mm: Vector | None = None
@@ -186,7 +191,8 @@ class HubDescription(Checked):
 
         Raises:
             FileNotFoundError: The mesh file is missing.
-            ValueError: Nothing is left to touch the floor or to weigh.
+            ValueError: Nothing is left to touch the floor or to weigh, or mass or inertia are none
+                of a hub of this size.
         """
         mesh = self._shape_mesh(folder)
         self._refuse_distant(mesh)
@@ -274,7 +280,9 @@ class HubDescription(Checked):
             )  # fmt: skip
             if self.centre_mm is not None:
                 centre, inertia = np.array(self.centre_mm), np.array(self.inertia_kg_mm2)
-                return MassProperties(self.mass_kg, centre, inertia)
+                given = MassProperties(self.mass_kg, centre, inertia)
+                _refuse_inertia(given, mesh)
+                return given
             if self.mass_over == "nodes":
                 return self.mass_kg
             return self._of_shape(mesh, 1.0).weighing(self.mass_kg)
@@ -357,6 +365,36 @@ class HubDescription(Checked):
         skin = mesh.nodes[np.unique(boundary_triangles(mesh.tetrahedra))]
         chosen: np.ndarray = skin[spread_points(skin, self.contact_spacing_mm)]
         return chosen
+
+
+def _refuse_inertia(given: MassProperties, mesh: Mesh) -> None:
+    """Refuse an inertia in another unit, by its radius of gyration: the root of the largest
+    principal moment over the mass.
+
+    Of mass in the box around the hub none is further from the centre than the furthest corner, so
+    neither is the radius; what the hub carries may stick out of the box.
+
+    Args:
+        given: Mass, centre and inertia.
+        mesh: The hub's.
+
+    Raises:
+        ValueError: The radius is beyond what a hub of this size may have.
+    """
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    corner_mm = np.linalg.norm(np.maximum(high - given.centre_mm, given.centre_mm - low))
+    least_mm, most_mm = _LEAST_GYRATION * mesh.longest_side_mm, _MOST_GYRATION * float(corner_mm)
+    moment = float(np.linalg.eigvalsh(given.inertia)[-1])
+    radius_mm = float(np.sqrt(max(moment, 0.0) / given.mass_kg))
+    if not least_mm <= radius_mm <= most_mm:
+        smallest, largest = (given.mass_kg * each**2 for each in (least_mm, most_mm))
+        raise ValueError(
+            f"[hub]: the largest principal moment of inertia_kg_mm2 is {moment:.4g} at a mass of "
+            f"{given.mass_kg:g} kg, a radius of gyration of {radius_mm:.3g} mm, expected "
+            f"{smallest:.2g} to {largest:.4g} ({least_mm:.3g} to {most_mm:.3g} mm) of a hub of "
+            f"{' x '.join(f'{each:.4g}' for each in high - low)} mm: it is in kg mm^2; g mm^2 are "
+            "1000 times more, kg m^2 a millionth"
+        )
 
 
 def rim_points(mesh: Mesh) -> np.ndarray:

@@ -20,7 +20,7 @@ from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.floor_check import check_above_floor
-from pneumorph.catalogue.hub_spec import HubModel, HubSpec
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
 from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.module import Module
@@ -63,7 +63,8 @@ class RobotSpec(ShownInNotebooks):
         executor: Where robots that walk side by side, and finite elements, are computed.
         calibration: What was measured of the robot and is part of physics and modules already; see
             `calibrated`.
-        mounting_angle_deg: How much further down modules point than their sites have it [degrees].
+        mounting_angle_deg: How much further down modules point than their sites have it, however
+            they are rolled [degrees]; see `pneumorph.robot.mounting_angle`.
         name: What it is called; None for the paper's robot.
     """
 
@@ -287,6 +288,13 @@ class RobotSpec(ShownInNotebooks):
     def _kin_surfaces(self) -> frozenset[str]:
         return surfaces_of(self.modules)
 
+    @property
+    def _unusual_surface(self) -> bytes:
+        """What the hub's points lie on, for its identities; nothing of the usual one, which what
+        earlier versions kept does not say."""
+        surface = self.hub.surface
+        return b"" if surface == HUB_SURFACE else f"surface {surface!r}".encode()
+
     @cached_property
     def module(self) -> Module:
         """The module of all sites.
@@ -314,6 +322,7 @@ class RobotSpec(ShownInNotebooks):
             content.update(repr(number).encode())
         for array in (self.hub.tracked_point, self.hub.contact_points):
             content.update(np.ascontiguousarray(array, dtype=float).tobytes())
+        content.update(self._unusual_surface)
         for site in self.sites:
             for module in site.modules:
                 pose = site.pose_of(module)
@@ -330,6 +339,7 @@ class RobotSpec(ShownInNotebooks):
         content.update(f"{hub.mesh.digest()}{hub.mass_numbers()}{hub.material!r}".encode())
         for array in (hub.tracked_point, hub.contact_points):
             content.update(np.ascontiguousarray(array, dtype=float).tobytes())
+        content.update(self._unusual_surface)
         for site in self.sites:
             for module in site.modules:
                 part, pose = module.full, site.pose_of(module)

@@ -116,6 +116,7 @@ class CrawlingEnvironment(VectorEnv):
         self._awaits_reset = np.ones(self.num_envs, dtype=bool)
         self._was_reset = False
         self._motion: ActionMotion | None = None
+        self._start = Place(*np.zeros((3, self.num_envs)))
 
     @property
     def is_symmetric(self) -> bool:
@@ -206,7 +207,7 @@ class CrawlingEnvironment(VectorEnv):
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
         after = self._place()
-        self._motion = ActionMotion.of(before, after, failed, self._simulator)
+        self._motion = ActionMotion.of(before, after, failed, self._start, self._simulator)
         moved = before.to(after)
         terms_of = partial(
             reward_terms,
@@ -357,7 +358,8 @@ class CrawlingEnvironment(VectorEnv):
         self._awaits_reset |= robots
 
     def _settle(self) -> None:
-        """Put back the robots that await it and let them fall on the floor at zero pressure."""
+        """Put back the robots that await it and let them fall on the floor at zero pressure, where
+        their way begins."""
         waiting = self._awaits_reset
         if not waiting.any():
             return
@@ -367,6 +369,7 @@ class CrawlingEnvironment(VectorEnv):
         self._simulator.advance(zero, self.task.settling_step_count, active=chosen)
         if isinstance(self._simulator, RangedSimulator):
             self._simulator.forget_range(chosen)
+        self._start = self._start.unless(waiting, self._place())
         self._awaits_reset = np.zeros(self.num_envs, dtype=bool)
 
     def _observation(self) -> np.ndarray:

@@ -25,8 +25,26 @@ class Place:
     heading_deg: np.ndarray
 
     def mirrored(self) -> Place:
-        """Where their mirror images about the forward axis are."""
+        """Where their mirror images about the forward axis are; of places `since` a start, those
+        that start in the same place."""
         return replace(self, left_mm=-self.left_mm, heading_deg=-self.heading_deg)
+
+    def since(self, start: Place) -> Place:
+        """Where they are from where they started, along the same axes; where they face is told
+        from the forward axis of the floor as before."""
+        return replace(
+            self,
+            forward_mm=self.forward_mm - start.forward_mm,
+            left_mm=self.left_mm - start.left_mm,
+        )
+
+    def unless(self, chosen: np.ndarray, other: Place) -> Place:
+        """These places, and another's of the robots marked in ``chosen`` (robot,) bool."""
+        return Place(
+            np.where(chosen, other.forward_mm, self.forward_mm),
+            np.where(chosen, other.left_mm, self.left_mm),
+            np.where(chosen, other.heading_deg, self.heading_deg),
+        )
 
     def to(self, later: Place) -> Move:
         """How they moved from here to a later place, turning by less than half a circle."""

@@ -44,7 +44,9 @@ def make_env(
 
     Args:
         num_envs: How many robots; None for as many as there are designs.
-        design: The design of every robot, or one for each; None for the expert's.
+        design: The design of every robot, or one for each; None for the expert's. Observations have
+            room for as many regulators of a leg as these have at most: a design with more cannot
+            follow by ``reset``.
         robot: What the robots are; None for the paper's.
         task: Actions, episode and pressures; None for the paper's with the robot's regulators, of
             legs that were reduced for lower pressures with those.

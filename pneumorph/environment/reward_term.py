@@ -26,27 +26,32 @@ class ActionMotion:
     """What robots did within an action.
 
     Attributes:
-        before: Where they were when it began.
-        after: Where they are at its end.
         failed: Whether their simulation failed within it, (robot,) bool; where they are means
             nothing then.
     """
 
-    before: Place
-    after: Place
+    _began: Place
+    _ended: Place
     failed: np.ndarray
+    _start: Place
     _simulator: Any = field(repr=False)
 
     @classmethod
     def of(
-        cls, before: Place, after: Place, failed: np.ndarray, simulator: CrawlingSimulator
+        cls,
+        before: Place,
+        after: Place,
+        failed: np.ndarray,
+        start: Place,
+        simulator: CrawlingSimulator,
     ) -> ActionMotion:
         """The motion as a simulator knows it; sides and headings are NaN where it does not.
 
         Args:
-            before: Where robots were.
-            after: Where they are.
+            before: Where robots were, as the simulator tells it.
+            after: Where they are, likewise.
             failed: Whether their simulation failed, (robot,) bool.
+            start: Where they lay when their episode began, likewise.
             simulator: What they are simulated by, at the end of the action.
         """
         if not isinstance(simulator, TurningSimulator):
@@ -54,12 +59,24 @@ class ActionMotion:
             before, after = (
                 replace(each, left_mm=unknown, heading_deg=unknown) for each in (before, after)
             )
-        return cls(before, after, failed, simulator)
+        return cls(before, after, failed, start, simulator)
+
+    @property
+    def before(self) -> Place:
+        """Where they were when it began, as `after` tells it."""
+        return self._began.since(self._start)
+
+    @property
+    def after(self) -> Place:
+        """Where they are at its end: how far forward and to the left of where they lay after they
+        were put down and had settled, along the axes of the floor. Where they face is told from its
+        forward axis, also of those that are put down facing elsewhere."""
+        return self._ended.since(self._start)
 
     @property
     def moved(self) -> Move:
         """How they moved, turning by less than half a circle."""
-        return self.before.to(self.after)
+        return self._began.to(self._ended)
 
     @property
     def tilt_deg(self) -> np.ndarray:
@@ -79,8 +96,13 @@ class ActionMotion:
         return self._known("range_ratio")
 
     def mirrored(self) -> ActionMotion:
-        """What their mirror images about the floor's forward axis did."""
-        return replace(self, before=self.before.mirrored(), after=self.after.mirrored())
+        """What their mirror images about the forward axis through their start did."""
+        return replace(
+            self,
+            _began=self._began.mirrored(),
+            _ended=self._ended.mirrored(),
+            _start=self._start.mirrored(),
+        )
 
     def _known(self, name: str) -> np.ndarray:
         if not hasattr(self._simulator, name):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Count, Positive
+from pneumorph.base.layers import changed_flags
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_leg import paper_leg, paper_leg_mesh
 from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
@@ -35,14 +36,51 @@ class ConversionSettings(Checked):
     """Format to write."""
     kPa_per_unit: Positive | None = None
     """Pressure unit of the sorotraj file [kPa]: 6.894757 for psi; by default what the file says of
-    itself, or kPa."""
+    itself, or kPa. A CSV file is always in kPa."""
     repetitions: Count = 1
     """How often the main part of a sorotraj file runs."""
     hold_s: Positive = 0.1
-    """In a CSV file: how long each command is held [s]. Ramps become commands of this length."""
+    """In a CSV file that a sorotraj file becomes: how long each command is held [s]. Ramps become
+    commands of this length."""
     mesh: Path | None = None
     """Mesh that the reduction belongs to; by default the shipped leg's."""
     physics: Physics = field(default_factory=Physics)
+    """Of a SOFA scene."""
+
+    def refuse_unused(self, source: str) -> None:
+        """Refuse settings that this conversion would not look at.
+
+        Args:
+            source: What is converted.
+
+        Raises:
+            ValueError: There is one; names its flag and what it is for.
+        """
+        of_gait = self.to in ("csv", "sorotraj")
+        reads_sorotraj = of_gait and _is_sorotraj(source)
+        uses = {
+            "--kPa-per-unit": (
+                reads_sorotraj or self.to == "sorotraj",
+                "where a sorotraj file (YAML) is read or written: the pressures of a CSV file are "
+                "in kPa, as its header says, and numbers in another unit are to be multiplied "
+                "before",
+            ),
+            "--repetitions": (reads_sorotraj, "with a sorotraj file (YAML), which has a main part"),
+            "--hold-s": (
+                reads_sorotraj and self.to == "csv",
+                "where a sorotraj file (YAML) becomes a CSV file: a CSV file says itself how long "
+                "it holds each command",
+            ),
+            "--mesh": (not of_gait, "with --to sofa or --to part, of a reduced leg"),
+            "--physics.": (self.to == "sofa", "with --to sofa, of a scene"),
+        }
+        for flag in changed_flags(ConversionSettings(), self):
+            for begin, (is_used, use) in uses.items():
+                if flag.startswith(begin) and not is_used:
+                    raise ValueError(
+                        f"{flag} is given, and {source} is converted to {self.to}, expected it "
+                        f"{use}; it would be ignored"
+                    )
 
 
 @dataclass(frozen=True)
@@ -76,8 +114,10 @@ def convert(source: str, settings: ConversionSettings, folder: RunFolder) -> Con
 
     Raises:
         FileNotFoundError: No such source.
-        ValueError: The source is damaged, or does not belong to the mesh.
+        ValueError: The source is damaged, or does not belong to the mesh; or a setting has no
+            effect on this conversion.
     """
+    settings.refuse_unused(source)
     start = time.monotonic()
     write = _gait if settings.to in ("csv", "sorotraj") else _leg
     written = write(source, settings, folder)
@@ -107,9 +147,13 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
     }
 
 
+def _is_sorotraj(source: str) -> bool:
+    return Path(source).suffix in (".yaml", ".yml")
+
+
 def _gait(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[str, Any]:
     path = Path(source)
-    if path.suffix in (".yaml", ".yml"):
+    if _is_sorotraj(source):
         gait: HeldGait | InterpolatedGait = read_sorotraj(
             path, settings.kPa_per_unit, settings.repetitions
         )

@@ -19,9 +19,10 @@ import numpy as np
 from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.base.checked import rises
 from pneumorph.base.optional_package import optional_package
-from pneumorph.gait.gait_file import check_peak, gait_remarks
+from pneumorph.gait.gait_file import LIMIT, check_peak, gait_remarks
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 
 UNIT = "kPa_per_unit"
 """Remark of a file that says what one unit of its pressures is [kPa]."""
@@ -33,7 +34,8 @@ SWITCH_S = 1e-3
 def read_sorotraj(
     path: Path | str, kPa_per_unit: float | None = None, repetitions: int = 1
 ) -> InterpolatedGait:
-    """Read a trajectory.
+    """Read a trajectory. Pressures above `HIGHEST_COMMAND_KPA` are refused, unless a remark
+    ``# maximum_pressure_kPa: 120`` says that it is meant to go higher, as in a CSV file.
 
     Args:
         path: The YAML file.
@@ -49,7 +51,9 @@ def read_sorotraj(
     """
     path = Path(path)
     text = read_text(path, "gait")
-    unit_kPa = _unit_kPa(path, kPa_per_unit)
+    remarks = gait_remarks(path)
+    unit_kPa = _unit_kPa(path, remarks, kPa_per_unit)
+    highest_kPa = _positive_remark(path, remarks, LIMIT) or HIGHEST_COMMAND_KPA
     yaml = optional_package("yaml", "sorotraj files need PyYAML", "hardware")
     try:
         content = yaml.load(text, _named_once(yaml))  # a SafeLoader
@@ -59,7 +63,7 @@ def read_sorotraj(
         parts += [_main(kind, config, setpoints)] * repetitions
         parts.append(_table(setpoints.get("suffix")))
         table = _joined([part for part in parts if part is not None])
-        gait = InterpolatedGait(table[:, 0], unit_kPa * table[:, 1:])
+        gait = InterpolatedGait(table[:, 0], unit_kPa * table[:, 1:], highest_kPa)
     except (
         yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
         RecursionError,
@@ -72,21 +76,35 @@ def read_sorotraj(
     return gait
 
 
-def _unit_kPa(path: Path, asked: float | None) -> float:
+def _positive_remark(path: Path, remarks: Mapping[str, str], name: str) -> float | None:
+    """A number of kPa that a file says of itself; None where it does not.
+
+    Raises:
+        ValueError: It is none, or not positive and finite.
+    """
+    named = remarks.get(name)
+    if named is None:
+        return None
+    try:
+        number = float(named)
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < math.inf:
+        raise ValueError(
+            f"gait file {path}: {name} is {named!r}, expected a positive number of kPa"
+        )
+    return number
+
+
+def _unit_kPa(path: Path, remarks: Mapping[str, str], asked: float | None) -> float:
     """What one unit of a file is [kPa].
 
     Raises:
         ValueError: It says what is no unit, or another one than is asked for.
     """
-    named = gait_remarks(path).get(UNIT)
-    if named is None:
+    own = _positive_remark(path, remarks, UNIT)
+    if own is None:
         return 1.0 if asked is None else asked
-    try:
-        own = float(named)
-    except ValueError:
-        own = math.nan
-    if not 0.0 < own < math.inf:
-        raise ValueError(f"gait file {path}: {UNIT} is {named!r}, expected a positive number")
     if asked is not None and not math.isclose(own, asked, rel_tol=1e-4):
         raise ValueError(
             f"gait file {path} says that a unit of its pressures is {own:g} kPa, got "
@@ -104,6 +122,7 @@ def write_sorotraj(
     """Write a gait as a direct trajectory.
 
     Held commands switch within `SWITCH_S` at their end, for the format knows straight lines only.
+    A gait whose highest pressure is not the usual one says so in a remark, as in a CSV file.
 
     Args:
         path: Where to write.
@@ -121,7 +140,12 @@ def write_sorotraj(
     else:
         table = np.column_stack([gait.time_s, gait.waypoint_kPa])
     table[:, 1:] /= kPa_per_unit
-    lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
+    said = dict(comments or {})
+    if gait.maximum_pressure_kPa != HIGHEST_COMMAND_KPA and math.isfinite(
+        gait.maximum_pressure_kPa
+    ):
+        said[LIMIT] = repr(float(gait.maximum_pressure_kPa))
+    lines = [f"# {name}: {value}" for name, value in said.items()]
     unit = "kPa" if kPa_per_unit == 1.0 else f"units of {kPa_per_unit:g} kPa"
     lines += [f"# pressures in {unit}", f"# {UNIT}: {kPa_per_unit!r}"]
     lines += ["settings:", "  traj_type: direct"]

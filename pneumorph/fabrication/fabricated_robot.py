@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -125,8 +127,8 @@ def fabricate(
         robot: What there is to make: `paper_robot_to_make`, `described_robot_to_make`.
         settings: How it is made.
         folder: Receives ``mould_upper``, ``mould_lower``, ``core``, ``leg`` of each kind of leg,
-            after its name and ``_`` where it has one, and ``hub`` (.step, .stl), ``parts.csv`` and
-            ``tubes.csv``.
+            after its name and ``_`` where it has one (see `file_names`), and ``hub`` (.step, .stl),
+            ``parts.csv`` and ``tubes.csv``.
 
     Raises:
         FabricationError: A wall is too thin, a surface not closed, or the mould does not come off.
@@ -138,9 +140,10 @@ def fabricate(
     if robot.hub.solid is not None:
         solids["hub"] = robot.hub.solid, settings.hub.smallest_wall_mm
     made = _made(solids, settings, folder)
+    names = file_names([leg.name for leg in robot.legs])
     for leg in robot.legs:
         if leg.shape is None:
-            name = _file_name(leg, "leg")
+            name = _file_name(names[leg.name], "leg")
             made[name] = _written_mesh(name, leg.mesh, folder)
     if robot.hub.mesh is not None:
         made["hub"] = _written_mesh("hub", robot.hub.mesh, folder)
@@ -152,7 +155,11 @@ def fabricate(
         _material(leg, checks[leg.name]["cast_volume_mm3"], settings.workshop) for leg in robot.legs
     ]
     tubes = tube_plan(robot.seats, settings.workshop)
-    moulds = {name: solid.volume_mm3 for name, solid in made.items() if name.endswith(_OF_A_MOULD)}
+    moulds = {
+        _on_paper(name, names): solid.volume_mm3
+        for name, solid in made.items()
+        if name.endswith(_OF_A_MOULD)
+    }
     parts = parts_list(materials, printed, moulds, tubes, settings.workshop, robot.hub.payload)
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
@@ -276,9 +283,51 @@ def refuse_thin_fins(legs: Sequence[LegToMake], settings: MouldSettings) -> None
         )
 
 
-def _file_name(leg: LegToMake, solid: str) -> str:
-    """What a solid of a kind of leg is called."""
-    return f"{re.sub(r'[^A-Za-z0-9-]+', '-', leg.name)}_{solid}" if leg.name else solid
+def file_names(names: Sequence[str]) -> dict[str, str]:
+    """What the files of each kind of leg begin with, by its name.
+
+    Only Latin letters, digits and hyphens are left, others are a hyphen. Names that are one then,
+    small or capital letters, are numbered in their order, so that no file is another's:
+    ``long leg`` and ``long_leg`` are ``long-leg-1`` and ``long-leg-2``, names in other scripts
+    ``leg-1``, ``leg-2``.
+
+    Args:
+        names: Of the kinds, each once; an empty one begins nothing.
+    """
+    plain = {name: _plain(name) for name in names}
+    alike = Counter(each.lower() for each in plain.values())
+    taken = set(alike)
+    found = {}
+    for name, usual in plain.items():
+        found[name] = usual
+        if alike[usual.lower()] > 1:
+            stem = usual.strip("-") or "leg"
+            number = next(n for n in count(1) if f"{stem}-{n}".lower() not in taken)
+            found[name] = f"{stem}-{number}"
+            taken.add(found[name].lower())
+    return found
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9-]+", "-", name)
+
+
+def _file_name(kind: str, solid: str) -> str:
+    """What a solid of a kind of leg is called, whose files begin so."""
+    return f"{kind}_{solid}" if kind else solid
+
+
+def _on_paper(solid: str, names: Mapping[str, str]) -> str:
+    """What a solid is called in the parts list: as its files, with the name of its leg where that
+    is numbered there.
+
+    Args:
+        solid: What its files are called.
+        names: What the files of each kind of leg begin with.
+    """
+    kind = solid.partition("_")[0]
+    numbered = [name for name, own in names.items() if own == kind != _plain(name)]
+    return f"{solid} ({numbered[0]})" if numbered else solid
 
 
 def _of_legs(
@@ -287,6 +336,7 @@ def _of_legs(
     """Solids with their thinnest wall by name, and what is known of each kind of leg by its."""
     solids: dict[str, tuple[Any, float]] = {}
     checks: dict[str, dict[str, Any]] = {}
+    names = file_names([leg.name for leg in legs])
     for leg in legs:
         volume = float(leg.mesh.volumes.sum())
         if leg.shape is None:
@@ -295,9 +345,9 @@ def _of_legs(
         mould = make_leg_mould(leg.shape, settings.mould)
         checks[leg.name] = check_leg_mould(mould, leg.shape, volume)
         for name, solid in zip(_OF_A_MOULD, (mould.upper, mould.lower, mould.core), strict=True):
-            solids[_file_name(leg, name)] = solid, settings.mould.smallest_wall_mm
+            solids[_file_name(names[leg.name], name)] = solid, settings.mould.smallest_wall_mm
         whole = mould.body + mould.plate
-        solids[_file_name(leg, "leg")] = whole, settings.mould.smallest_silicone_mm
+        solids[_file_name(names[leg.name], "leg")] = whole, settings.mould.smallest_silicone_mm
     return solids, checks
 
 

@@ -258,7 +258,8 @@ class Design:
         Args:
             regulator_count: Number of regulators ``M``.
             module_count: Kinds of modules ``K``.
-            cavity_count: Most cavities of a module with regulators of their own ``C``.
+            cavity_count: Most cavities of a module with regulators of their own ``C``, in all
+                designs that are told alike.
 
         Returns:
             shape (location x (1 + K M + (C - 1) M),) float32; the first entry of each block says
@@ -266,8 +267,8 @@ class Design:
             cavities' regulators.
 
         Raises:
-            ValueError: A leg's regulator is above ``regulator_count``, or its kind or number of
-                cavities is.
+            ValueError: A leg's regulator is above ``regulator_count``, its kind is not one of
+                ``module_count``, or it is on more regulators than ``cavity_count``.
         """
         self.check_regulators(regulator_count)
         first = 1 + module_count * regulator_count
@@ -286,7 +287,10 @@ class Design:
             if len(regulators) > cavity_count:
                 raise ValueError(
                     f"design {self} has a leg on {len(regulators)} regulators at location "
-                    f"{location}, expected at most {cavity_count}, as many as it has cavities"
+                    f"{location}, expected at most {cavity_count}: its numbers have room for "
+                    f"cavity_count = {cavity_count} a leg, which in an environment is the most "
+                    "that a leg of its first designs has: make it with one that has a leg on "
+                    f"{len(regulators)}"
                 )
             block[location, 0] = 0.0
             block[location, module * regulator_count + regulators[0]] = 1.0

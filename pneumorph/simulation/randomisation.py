@@ -70,7 +70,8 @@ class World:
     damping_factor: float = 1.0
     """The legs' damping relative to the model's: branches that relax, and stiffness damping."""
     mounting_angle_deg: float = 0.0
-    """How much further down legs point than their mounting has it [degrees]."""
+    """How much further down legs point than their mounting has it, however they are rolled
+    [degrees]."""
     reduction: str = ""
     """File of the reduced part that all legs are; empty for the robot's own."""
     ground_roughness_mm: float = 0.0
@@ -144,7 +145,8 @@ class Randomisation(Checked):
     damping_factor: str = "1"
     """The legs' damping, relative to the model's: relaxing branches and stiffness damping."""
     mounting_angle_deg: str = "0"
-    """How much further down all legs point than they are mounted [degrees]."""
+    """How much further down all legs point than they are mounted, however they are rolled
+    [degrees]."""
     ground_roughness_mm: str = "0"
     """Roughness of a surface drawn for each world [mm], with the ground's `rough.correlation_mm`; 0
     for the ground of the physics."""

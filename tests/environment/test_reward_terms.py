@@ -56,7 +56,7 @@ def motion(failed: Sequence[bool] = (False, False)) -> ActionMotion:
     before = Place(np.array([1.0, 2.0]), np.array([3.0, 4.0]), at)
     gone = np.where(failed, np.nan, [0.0, 1.0])
     after = Place(before.forward_mm + 10 * gone, before.left_mm + 20 * gone, at - 330 * gone)
-    return ActionMotion(before, after, np.array(failed), None)
+    return ActionMotion(before, after, np.array(failed), before, None)
 
 
 def test_a_term_is_worth_its_amount_and_of_an_image_the_images() -> None:
