@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pneumorph.base.verbs import VERBS as VERBS
 
 if TYPE_CHECKING:
+    from pneumorph.catalogue.robot_mass import RobotMass
     from pneumorph.command.verb import CommonOptions, Verb
 
 _USAGE = """\
@@ -166,7 +167,9 @@ def _run_verb(name: str, arguments: list[str]) -> int:
         from pneumorph.report.physics_words import physics_of
 
         walked_in = {"physics": physics_of(result)} if summary.get("physics") else {}
-        _print_summary({**summary, **walked_in})
+        mass: RobotMass | None = getattr(result, "mass", None)
+        weighed = {} if mass is None else {"mass": mass.words}
+        _print_summary({**summary, **walked_in, **weighed})
     print(f"wrote {folder.path}", file=sys.stderr)
     if summary.get("page") is not None:
         print(f"open {Path(summary['page']).resolve()}", file=sys.stderr)
@@ -240,8 +243,8 @@ def _parsed(
             taken = layered(base, [earlier.settings])
             options = layered(taken, layers)
         changed = changed_flags(taken, options, earlier.settings)
-        but = f", but not {' '.join(changed)}" if changed else ""
-        print(f"{earlier.said}{but}", file=sys.stderr)
+        yours = f" (yours: {', '.join(changed)})" if changed else ""
+        print(f"{earlier.said}{yours}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
     return options, parsed.common, origin
 

@@ -10,7 +10,7 @@ below to what that implies): they stand just below the layer that chose.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -22,6 +22,7 @@ from pneumorph.base.settings import (
     settings_to_dict,
     upgraded,
 )
+from pneumorph.base.shapes import refuse_other_shapes
 
 Settings = TypeVar("Settings")
 Path = tuple[str, ...]
@@ -40,23 +41,45 @@ def layered(base: Settings, layers: Sequence[Mapping[str, Any]]) -> Settings:
     kind = type(base)
     content = settings_to_dict(base)
     for layer in layers:
-        content = laid_over(content, _with_implied(kind, upgraded(kind, layer), content))
+        now = upgraded(kind, layer)
+        _refuse_other_groups(kind, now)
+        content = laid_over(content, _with_implied(kind, now, content))
     return settings_from_dict(kind, content)
 
 
-def changed_flags(low: Settings, high: Settings, groups: Container[str] | None = None) -> list[str]:
+def changed_flags(
+    low: Settings, high: Settings, among: Mapping[str, Any] | None = None
+) -> list[str]:
     """Return the flags of the settings in which two sets of options differ.
 
     Args:
         low: Options.
         high: Options of the same kind.
-        groups: Fields of the options, such as ``robot``, whose flags are asked for; None for all.
+        among: Only flags of what these settings have, as nested dictionaries, such as those that a
+            verb takes over; anything but a dictionary stands for the whole group. None for all.
     """
     return [
         flag
         for path, flag in _flags(type(low))
-        if flag and (groups is None or path[0] in groups) and _at(low, path) != _at(high, path)
+        if flag and _has(among, path) and _at(low, path) != _at(high, path)
     ]
+
+
+def _refuse_other_groups(kind: Any, layer: Mapping[str, Any], before: str = "") -> None:
+    """Refuse what is no table where a group of settings is expected, which choices are read from.
+
+    Raises:
+        ValueError: There is one; names its place.
+    """
+    hints = hints_of(kind)
+    for name, value in layer.items():
+        inner = dataclass_of(hints[name]) if name in hints else None
+        if inner is None:
+            continue
+        if isinstance(value, Mapping):
+            _refuse_other_groups(inner, value, f"{before}{name}.")
+        else:
+            refuse_other_shapes(hints[name], value, f"{before}{name}")
 
 
 def _with_implied(kind: Any, layer: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
@@ -135,6 +158,17 @@ def _switched_off(flag: str) -> str:
     """The flag of a switch that is on: ``--space.no-canonical`` of ``--space.canonical``."""
     group, dot, name = flag.removeprefix("--").rpartition(".")
     return f"--{group}{dot}no-{name}"
+
+
+def _has(content: Any, path: Path) -> bool:
+    """Whether nested dictionaries have a place; what is none has all places below it."""
+    for name in path:
+        if not isinstance(content, Mapping):
+            break
+        if name not in content:
+            return False
+        content = content[name]
+    return True
 
 
 def _at(settings: Any, path: Path) -> Any:

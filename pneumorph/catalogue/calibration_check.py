@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import get_args
+from collections.abc import Collection, Sequence
+from typing import Any, get_args
 
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import LegName, pressure_map
@@ -16,9 +16,34 @@ highest command. Lines of one leg are some tenths apart; those of the published 
 two that ship, more than three times."""
 
 
+RELATIVE_TO = "relative_to"
+"""Where ``bench`` of a calibration's source says which leg what was measured is relative to."""
+
+_SAME_MASS = 1e-3
+"""Relative difference of masses that are one: another reduction of a leg may round it."""
+
+
+def relative_to(numbers: Collection[str], modules: Sequence[Module]) -> dict[str, dict[str, Any]]:
+    """What tells the leg that tests on a bench are relative to from others, by the number that was
+    tested; of numbers that are relative to no leg nothing.
+
+    Args:
+        numbers: What was tested, as `World.numbers` has it.
+        modules: What was mounted, calibrated or not: a single kind where one is tested.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    if "mass_factor" in numbers:
+        (leg,) = modules
+        found["mass_factor"] = {"name": leg.name, "mass_g": 1e3 * leg.reduced.mass}
+    if "modulus_factor" in numbers:
+        (leg,) = modules
+        found["modulus_factor"] = {"name": leg.name, "digest": leg.bending_digest}
+    return found
+
+
 def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> None:
     """Refuse the pressures of a calibration that was fitted to the bends of another leg, or that no
-    leg like these is inflated with.
+    leg like these is inflated with, and what a bench found relative to another leg.
 
     Args:
         calibration: What was measured.
@@ -29,6 +54,7 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
     """
     file = "the calibration" if calibration.path is None else f"calibration {calibration.path}"
     names = " or ".join(module.name for module in modules)
+    _check_bench(calibration, modules, file)
     fitted = calibration.source.get("pressure", {}).get("bent")
     if fitted is not None:
         bent = [module for module in modules if module.bending_digest == fitted["digest"]]
@@ -62,4 +88,37 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
         raise ValueError(
             f"{file} inflates {module.name} with {asked:.3g} kPa for {HIGHEST_COMMAND_KPA:g} kPa "
             f"of the real leg, expected some {own:.0f} kPa: {cause}"
+        )
+
+
+def _check_bench(calibration: Calibration, modules: Sequence[Module], file: str) -> None:
+    """Refuse a mass or a modulus that was measured relative to another leg: it would count twice,
+    or be of something else. Files of earlier versions do not say to which.
+
+    Raises:
+        ValueError: None of the modules is that leg; names both.
+    """
+    known = calibration.source.get("bench", {}).get(RELATIVE_TO, {})
+    legs = {name: leg for name, leg in known.items() if name in calibration.measured}
+    again = "or weigh and bend the legs again with these settings (calibrate --bench)"
+    if (weighed := legs.get("mass_factor")) is not None:
+        mass_g = [1e3 * module.reduced.mass for module in modules]
+        if all(abs(each - weighed["mass_g"]) > _SAME_MASS * weighed["mass_g"] for each in mass_g):
+            now = " or ".join(f"{each:.4g} g ({module.name})"
+                              for each, module in zip(mass_g, modules, strict=True))  # fmt: skip
+            factor = calibration.measured["mass_factor"][0]
+            raise ValueError(
+                f"{file} has mass_factor {factor:.4g}, weighed relative to legs of "
+                f"{weighed['mass_g']:.4g} g ({weighed['name']}), expected legs of that mass, and "
+                f"there are such of {now}: if that is what was weighed, it would count twice; "
+                f"leave out masses.leg_mass_g, or whatever else changed the mass, {again}"
+            )
+    bent = legs.get("modulus_factor")
+    if bent is not None and all(module.bending_digest != bent["digest"] for module in modules):
+        names = " or ".join(module.name for module in modules)
+        factor = calibration.measured["modulus_factor"][0]
+        raise ValueError(
+            f"{file} has modulus_factor {factor:.4g}, measured relative to the moduli of "
+            f"{bent['name']}, expected that leg, and {names} walks: legs of another mesh or "
+            f"material bend otherwise; choose that leg, {again}"
         )

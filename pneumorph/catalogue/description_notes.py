@@ -19,7 +19,12 @@ def description_notes(
         design: The design that is taken, where nothing but this description chose it.
         physics: What acts on it.
     """
-    told = [damping_note(robot, physics), _surface_note(robot, physics), _worlds_note(robot)]
+    told = [
+        damping_note(robot, physics),
+        _surface_note(robot, physics),
+        robot.hub.payload_note(robot.folder),
+        _worlds_note(robot),
+    ]
     if design is not None:
         told = [forbidden_note(robot, design), design_note(robot, design), *told]
     return tuple(note for note in told if note is not None)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -48,7 +49,17 @@ class DesignRules(Checked):
     a design holds for its image."""
     same: tuple[str, ...] = ()
     """Count designs as one that these turn into each other: `mirror`, or a turn about the z axis in
-    degrees such as `180`."""
+    degrees such as `180`. A file may have one alone, and turns as numbers."""
+
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Rules as a file has them, with `same` as the list of texts that it is."""
+        now = dict(content)
+        if "same" in now:
+            same = now["same"]
+            listed = same if isinstance(same, list | tuple) else [same]
+            now["same"] = [_as_text(each) for each in listed]
+        return now
 
     def space(
         self,
@@ -90,7 +101,10 @@ class DesignRules(Checked):
                 symmetries=symmetries,
             )
         except ValueError as error:
-            raise ValueError(f"designs: {error}") from error
+            told = str(error)
+            for text, symmetry in zip(self.same, symmetries, strict=True):
+                told = told.replace(f"the symmetry {symmetry!r}", f"the symmetry {text!r}")
+            raise ValueError(f"designs: {told}") from error
         for location, kinds in enumerate(space.kinds):
             names = modules[location]
             if max(kinds, default=0) >= len(names):
@@ -148,6 +162,11 @@ class DesignRules(Checked):
             )
 
 
+def _as_text(turn: Any) -> Any:
+    """A turn that a file has as a number, such as 72 or 72.0, as text; anything else as it is."""
+    return f"{turn:.12g}" if type(turn) in (int, float) else turn
+
+
 def _usual_options(modules: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     """No leg or any module on any regulator; nothing to say of one module everywhere."""
     texts = tuple(
@@ -173,7 +192,8 @@ def _symmetry(text: str, poses: Sequence[Pose], modules: Sequence[tuple[str, ...
         angle = float(text)
     except ValueError:
         raise ValueError(
-            f'designs.same has {text!r}, expected "mirror" or a turn in degrees such as "180"'
+            f'designs.same has {text!r}, expected "mirror" or a turn in degrees such as "180": '
+            'same = ["mirror"], or same = ["72"]'
         ) from None
     turn = Pose(rotation_about("z", angle))
     images = _images(
@@ -220,7 +240,10 @@ def _nearest(pose: Pose, poses: Sequence[Pose]) -> str:
     nearest = int(np.argmin(apart_mm))
     place = ", ".join(f"{x:.4g}" for x in pose.translation)
     turn = Rotation.from_matrix(poses[nearest].rotation.T @ pose.rotation)
-    how = f"which is turned by {np.degrees(turn.magnitude()):.3g} degrees"
+    turned = f"turned by {np.degrees(turn.magnitude()):.3g} degrees"
+    how = f"which is {turned}"
     if apart_mm[nearest] >= _SAME_MM:
         how = f"{apart_mm[nearest]:.3g} mm away"
+        if np.abs(poses[nearest].rotation - pose.rotation).max() >= _SAME:
+            how += f" and {turned}"
     return f"no site (it is at {place} mm, the nearest site is {nearest}, {how})"

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.catalogue.density_check import check_density
-from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubPayload, HubSpec
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
@@ -37,6 +37,11 @@ _LEAST_ACROSS_MM, _MOST_ACROSS_MM = 5.0, 5000.0
 """Sizes of a mesh beyond which its unit is not mm."""
 _FURTHEST_MM = 500.0
 """How far from the hub what it carries, or what is looked at, may be [mm]."""
+_FURTHEST_SIZES = 3.0
+"""How far from the hub what it carries may be, relative to its longest side: masts of two and a
+half are built, and what is on a higher one tips the robot over."""
+_NO_PLACE_MM = 1.0
+"""A place whose coordinates are all below is at the frame's origin, or in metres [mm]."""
 _LEAST_GYRATION, _MOST_GYRATION = 0.05, 2.0
 """Radius of gyration of a hub that is all in its middle, relative to its longest side, and of one
 with a mast on it, relative to the distance of its furthest corner. Of another unit it is 30 times
@@ -87,7 +92,8 @@ class HubDescription(Checked):
     payload_g: Payload = 0.0
     """What the hub carries besides, as a point [g]."""
     payload_mm: Vector | None = None
-    """Where it lies [mm]; by default at the tracked point."""
+    """Where it lies [mm]; by default at the tracked point. It is at most three of the hub's longest
+    sides away from it."""
     contact: HubContact = "rims"
     """What of it may touch the floor: the outlines of its lower and upper faces (`rims`), nodes of
     its skin contact_spacing_mm apart (`spread`), the mesh's own contact points, or nothing."""
@@ -191,8 +197,8 @@ class HubDescription(Checked):
 
         Raises:
             FileNotFoundError: The mesh file is missing.
-            ValueError: Nothing is left to touch the floor or to weigh, or mass or inertia are none
-                of a hub of this size.
+            ValueError: Nothing is left to touch the floor or to weigh, mass or inertia are none of
+                a hub of this size, or a point is too far away from it or in metres.
         """
         mesh = self._shape_mesh(folder)
         self._refuse_distant(mesh)
@@ -203,21 +209,60 @@ class HubDescription(Checked):
             np.array(self._tracked_point(mesh)),
             self._contact_points(mesh),
             self.surface,
+            self._payload(mesh),
         )
 
     def _refuse_distant(self, mesh: Mesh) -> None:
         """Refuse points that can be none of the hub's."""
-        low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
         for name in ("payload_mm", "tracked_point_mm", "centre_mm"):
             place = getattr(self, name)
             if place is None:
                 continue
-            away = float(np.linalg.norm(np.maximum(np.maximum(low - place, place - high), 0.0)))
-            if away > _FURTHEST_MM:
-                raise ValueError(
-                    f"[hub]: {name} is ({', '.join(f'{each:g}' for each in place)}) mm, {away:.0f} "
-                    f"mm away from the hub, expected at most {_FURTHEST_MM:g}"
+            away, most = _away_mm(place, mesh), _FURTHEST_MM
+            reason = "it is in mm"
+            if name == "payload_mm":
+                most = _furthest_payload_mm(mesh)
+                reason = (
+                    f"{_FURTHEST_SIZES:g} times the longest side of the hub, "
+                    f"{mesh.longest_side_mm:.4g} mm, are enough for a mast; it is in mm"
                 )
+            if away > most:
+                raise ValueError(
+                    f"[hub]: {name} is {_told(place)} mm, {away:.0f} mm away from the hub, "
+                    f"expected at most {most:.4g}: {reason}"
+                )
+        if self.payload_mm is None or not _is_in_metres(self.payload_mm, mesh):
+            return
+        if _away_mm(self.payload_mm, mesh) > 0.0:
+            raise ValueError(
+                f"[hub]: payload_mm is {_told(self.payload_mm)}, outside of the hub and less than "
+                f"{_NO_PLACE_MM:g} mm from the origin along every axis, expected a place in mm: in "
+                f"metres it would be {_told(self.payload_mm, 1e3)} mm"
+            )
+
+    def payload_note(self, folder: Path) -> str | None:
+        """What to say of a payload's place that looks like one in another unit and need not be one;
+        None of any other.
+
+        Args:
+            folder: Where a mesh file's path starts.
+        """
+        place = self.payload_mm
+        if place is None or self.payload_g == 0.0:
+            return None
+        mesh = self._shape_mesh(folder)
+        if _is_in_metres(place, mesh):
+            return (
+                f"payload_mm of [hub] is {_told(place)}: its origin, or metres for "
+                f"{_told(place, 1e3)} mm?"
+            )
+        if _is_in_cm(place, mesh):
+            return (
+                f"payload_mm of [hub] is {_told(place)}, {_away_mm(place, mesh):.3g} mm away from "
+                f"the hub and lower than it: is that meant, or are these cm for "
+                f"{_told(place, 10.0)} mm?"
+            )
+        return None
 
     def _shape_mesh(self, folder: Path) -> Mesh:
         if self.mesh is None:
@@ -305,6 +350,11 @@ class HubDescription(Checked):
             empty.second_moment + mass_kg * np.outer(place, place),
         )
 
+    def _payload(self, mesh: Mesh) -> HubPayload | None:
+        if self.payload_g == 0.0:
+            return None
+        return HubPayload(1e-3 * self.payload_g, np.array(self.payload_place_mm(mesh)))
+
     def payload_place_mm(self, mesh: Mesh) -> Vector:
         """Where the payload lies [mm].
 
@@ -365,6 +415,36 @@ class HubDescription(Checked):
         skin = mesh.nodes[np.unique(boundary_triangles(mesh.tetrahedra))]
         chosen: np.ndarray = skin[spread_points(skin, self.contact_spacing_mm)]
         return chosen
+
+
+def _away_mm(place: Vector, mesh: Mesh) -> float:
+    """Distance of a place from the box around a hub [mm]."""
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    return float(np.linalg.norm(np.maximum(np.maximum(low - place, place - high), 0.0)))
+
+
+def _furthest_payload_mm(mesh: Mesh) -> float:
+    return min(_FURTHEST_MM, _FURTHEST_SIZES * mesh.longest_side_mm)
+
+
+def _is_in_metres(place: Vector, mesh: Mesh) -> bool:
+    """Whether a place is next to the origin, and a thousand times it near a hub."""
+    if not 0.0 < max(map(abs, place)) < _NO_PLACE_MM:
+        return False
+    x, y, z = place
+    return _away_mm((1e3 * x, 1e3 * y, 1e3 * z), mesh) <= _furthest_payload_mm(mesh)
+
+
+def _is_in_cm(place: Vector, mesh: Mesh) -> bool:
+    """Whether a place is lower than a hub, and ten times it in or above it."""
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    x, y, z = (10.0 * each for each in place)
+    above = bool((low[:2] <= (x, y)).all() and ((x, y) <= high[:2]).all() and z >= low[2])
+    return place[2] < low[2] and above and _away_mm((x, y, z), mesh) <= _furthest_payload_mm(mesh)
+
+
+def _told(place: Vector, factor: float = 1.0) -> str:
+    return f"({', '.join(f'{factor * each:g}' for each in place)})"
 
 
 def _refuse_inertia(given: MassProperties, mesh: Mesh) -> None:

@@ -25,6 +25,19 @@ HUB_SURFACE = "hub"
 
 
 @dataclass(frozen=True, eq=False)
+class HubPayload:
+    """What a hub carries, as a point.
+
+    Attributes:
+        mass_kg: Its mass [kg].
+        place_mm: Where it lies in the robot's frame [mm], (3,).
+    """
+
+    mass_kg: float
+    place_mm: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class HubSpec:
     """A hub.
 
@@ -32,10 +45,11 @@ class HubSpec:
         mesh: Its shape, in the robot's frame.
         material: What it is made of.
         mass: Its mass, spread evenly over the nodes [kg], or mass, centre and inertia in the
-            robot's frame.
+            robot's frame; with what it carries.
         tracked_point: Point whose travel is rewarded [mm], (3,).
         contact_points: Points that may touch the floor [mm], (point, 3).
         surface: What they lie on, by name; friction may be given for it.
+        payload: What of the mass it carries, which is told and drawn; None for nothing.
     """
 
     mesh: Mesh
@@ -44,6 +58,7 @@ class HubSpec:
     tracked_point: np.ndarray
     contact_points: np.ndarray
     surface: str = ""
+    payload: HubPayload | None = None
 
     def __repr__(self) -> str:
         points = len(self.contact_points)
@@ -76,8 +91,22 @@ class HubSpec:
                 self.contact_points,
                 surfaces,
                 self.mesh,
+                self._payload_mm,
             )
         return hub_of_mesh(self.mesh, self.mass, self.tracked_point, self.contact_points, surfaces)
+
+    @property
+    def centre_mm(self) -> np.ndarray:
+        """Its centre of mass in the robot's frame, with what it carries [mm], (3,)."""
+        given = self.mass
+        centre: np.ndarray = (
+            given.centre_mm if isinstance(given, MassProperties) else self.mesh.nodes.mean(axis=0)
+        )
+        return centre
+
+    @property
+    def _payload_mm(self) -> np.ndarray | None:
+        return None if self.payload is None else self.payload.place_mm
 
     def full(self, model: HubModel) -> HubBody:
         """The hub of a full-order robot.
@@ -86,7 +115,9 @@ class HubSpec:
             ValueError: No such model.
         """
         if model == "rigid":
-            return RigidHub(self.mesh, self.mass, self.contact_points, self.surface)
+            return RigidHub(
+                self.mesh, self.mass, self.contact_points, self.surface, self._payload_mm
+            )
         if model == "soft":
             lumping: MassLumping | np.ndarray = (
                 matched_node_mass(self.mesh, self.mass)
@@ -98,11 +129,15 @@ class HubSpec:
         raise ValueError(f'hub must be "soft" or "rigid", got {model!r}')
 
     def scaled(self, mass_factor: float) -> HubSpec:
-        """The same hub of another mass; inertia is scaled with it."""
+        """The same hub of another mass; inertia and what it carries are scaled with it."""
         return self.weighing(self.mass_kg * mass_factor)
 
     def weighing(self, mass_kg: float) -> HubSpec:
-        """The same hub of a mass that a balance says; inertia is scaled with it."""
+        """The same hub of a mass that a balance says; inertia and what it carries are scaled with
+        it."""
+        payload = self.payload
+        if payload is not None:
+            payload = replace(payload, mass_kg=payload.mass_kg * (mass_kg / self.mass_kg))
         if isinstance(self.mass, MassProperties):
-            return replace(self, mass=self.mass.weighing(mass_kg))
-        return replace(self, mass=mass_kg)
+            return replace(self, mass=self.mass.weighing(mass_kg), payload=payload)
+        return replace(self, mass=mass_kg, payload=payload)

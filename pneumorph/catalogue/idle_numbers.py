@@ -34,8 +34,18 @@ def idle_numbers(spec: RobotSpec, drawn: Randomisation) -> frozenset[str]:
     return frozenset(idle | {_OF_SURFACE + name for name in own.keys() - surfaces})
 
 
+def reasons_of_idle(spec: RobotSpec, drawn: Randomisation) -> dict[str, str]:
+    """Why each of `idle_numbers` changes nothing, by its name; arguments as there."""
+    names = ", ".join(sorted(_surfaces(spec)))
+    why = {"friction": f"every surface ({names}) has a coefficient of its own"}
+    why |= dict.fromkeys(_VALVES, "the robot's air has no valves")
+    idle = sorted(idle_numbers(spec, drawn))
+    return {name: why.get(name, "no contact point lies on it") for name in idle}
+
+
 def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
-    """What to tell of numbers that were asked for and change nothing, or nothing in drawn worlds.
+    """What to tell of numbers that were asked for or measured and change nothing, or nothing in
+    drawn worlds.
 
     Args:
         spec: The robot.
@@ -43,15 +53,17 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
     """
     laws = drawn.distributions
     usual = [each.distributions for each in (Randomisation(), measured_worlds())]
-    idle = idle_numbers(spec, drawn)
-    asked = [name for name in sorted(idle) if all(laws[name] != each.get(name) for each in usual)]
+    idle = reasons_of_idle(spec, drawn)
     surfaces = _surfaces(spec)
-    names = ", ".join(sorted(surfaces))
-    why = {"friction": f"every surface ({names}) has a coefficient of its own"}
-    why |= dict.fromkeys(_VALVES, "the robot's air has no valves")
     nothing = tuple(
-        f"randomisation.{name} changes nothing: {why.get(name, 'no contact point lies on it')}"
-        for name in asked
+        f"randomisation.{name} changes nothing: {why}"
+        for name, why in idle.items()
+        if all(laws[name] != each.get(name) for each in usual)
+    )
+    tested = tuple(
+        f"the test of {name} changes nothing: {idle[name]}"
+        for name, _, _ in drawn.measured
+        if name in idle
     )
     usual_physics = leg_kind(_kind(spec.physics)).physics
     named = dict(spec.physics.friction_by_surface)
@@ -72,7 +84,7 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
         if name in laws and name in felt and laws[name] != Distribution.parse(repr(value))
         if value != _frictions(usual_physics).get(name)
     )
-    return (*nothing, *constant, *undrawn)
+    return (*nothing, *tested, *constant, *undrawn)
 
 
 def _kind(physics: Physics) -> PhysicsName:

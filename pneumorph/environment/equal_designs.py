@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from pneumorph.environment.goal import Goal
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.robot.said_symmetry import said_symmetry
 
 
-def check_equal_starts(space: DesignSpace, start: StartPose) -> None:
+def check_equal_starts(space: DesignSpace, start: StartPose, poses: Sequence[Pose] = ()) -> None:
     """Refuse symmetries of a space, and mirror images, that turn the start into another one.
 
     Args:
         space: Designs, those that its symmetries turn into each other being one.
         start: How they are put on the floor.
+        poses: Each site's frame in the robot's, by which messages name a turn.
 
     Raises:
         ValueError: Two such designs start otherwise than as each other's images.
@@ -24,8 +29,9 @@ def check_equal_starts(space: DesignSpace, start: StartPose) -> None:
     for symmetry in space.symmetries:
         if not (start.has_mirror if symmetry == "mirror" else start.is_upright):
             raise ValueError(
-                f"designs count as one under {symmetry!r}, and {told}, expected no such symmetry: "
-                "leave it out of designs.same of the robot's file, or of space.symmetries"
+                f"designs count as one under {said_symmetry(symmetry, poses)}, and {told}, "
+                "expected no such symmetry: leave it out of designs.same of the robot's file, or "
+                "of space.symmetries"
             )
     if space.has_mirror and not start.has_mirror:
         raise ValueError(
@@ -34,7 +40,9 @@ def check_equal_starts(space: DesignSpace, start: StartPose) -> None:
         )
 
 
-def check_equal_designs(space: DesignSpace, goal: Goal, sided_reward: bool = False) -> None:
+def check_equal_designs(
+    space: DesignSpace, goal: Goal, sided_reward: bool = False, poses: Sequence[Pose] = ()
+) -> None:
     """Refuse symmetries of a space that turn the goal into another one.
 
     A mirror image goes as far forward, to the other side, and turns the other way round; what is
@@ -44,6 +52,7 @@ def check_equal_designs(space: DesignSpace, goal: Goal, sided_reward: bool = Fal
         space: Designs, those that its symmetries turn into each other being one.
         goal: What is asked of them.
         sided_reward: Whether a reward of one's own depends on the side besides.
+        poses: Each site's frame in the robot's, by which messages name a turn.
 
     Raises:
         ValueError: One of two such designs may achieve what the other cannot.
@@ -54,7 +63,7 @@ def check_equal_designs(space: DesignSpace, goal: Goal, sided_reward: bool = Fal
             image = "its mirror image" if symmetry == "mirror" else "itself turned about z"
             told = f"the goal {goal.name!r}{' with terms of its own' if sided_reward else ''}"
             raise ValueError(
-                f"a design and {image} count as one, and {told} tells them apart, "
-                "expected no such symmetry: leave it out of designs.same of the robot's file, or "
-                "of space.symmetries"
+                f"a design and {image} count as one, and {told} tells them apart, expected no such "
+                f"symmetry: leave {said_symmetry(symmetry, poses)} out of designs.same of the "
+                "robot's file, or of space.symmetries"
             )

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.robot.said_symmetry import said_symmetry
 
 _ALIKE_MM = 0.1
 _ALIKE = 0.02
@@ -13,7 +17,7 @@ _ALIKE = 0.02
 image."""
 
 
-def check_equal_grounds(space: DesignSpace, physics: Physics) -> None:
+def check_equal_grounds(space: DesignSpace, physics: Physics, poses: Sequence[Pose] = ()) -> None:
     """Refuse symmetries of a space, and mirror images, that the floor has not.
 
     Roughness that is drawn does not count: it is no more to one side than to another, see
@@ -22,6 +26,7 @@ def check_equal_grounds(space: DesignSpace, physics: Physics) -> None:
     Args:
         space: Designs, those that its symmetries turn into each other being one.
         physics: What they walk in.
+        poses: Each site's frame in the robot's, by which messages name a turn.
 
     Raises:
         FileNotFoundError: No file of the ground.
@@ -38,9 +43,9 @@ def check_equal_grounds(space: DesignSpace, physics: Physics) -> None:
     for said, is_there in lies_forward.items():
         if turns and is_there:
             raise ValueError(
-                f"designs count as one under {turns[0]!r}, a turn about z, and the floor has a "
-                f"{said}, which is somewhere else then; expected no such symmetry: leave it out of "
-                "designs.same of the robot's file, or of space.symmetries"
+                f"designs count as one under {said_symmetry(turns[0], poses)}, a turn about z, and "
+                f"the floor has a {said}, which is somewhere else then; expected no such symmetry: "
+                "leave it out of designs.same of the robot's file, or of space.symmetries"
             )
     if not (space.has_mirror or "mirror" in space.symmetries) or ground.map.path is None:
         return

@@ -44,20 +44,27 @@ def make_env(
 
     Args:
         num_envs: How many robots; None for as many as there are designs.
-        design: The design of every robot, or one for each; None for the expert's. Observations have
-            room for as many regulators of a leg as these have at most: a design with more cannot
-            follow by ``reset``.
+        design: The design of every robot, or one for each; None for the expert's, which is one of
+            the paper's robot: of others it must be named. Observations have room for as many
+            regulators of a leg as these have at most: a design with more cannot follow by
+            ``reset``.
         robot: What the robots are; None for the paper's.
-        task: Actions, episode and pressures; None for the paper's with the robot's regulators, of
-            legs that were reduced for lower pressures with those.
+        task: Actions, episode, pressures and reward; None for the paper's with the robot's
+            regulators, of legs that were reduced for lower pressures with those. Its reward is
+            forward travel alone in every physics: in the measured one ``pneumorph coopt`` takes off
+            0.05 cm for each degree beyond 30 that the hub leans, which is
+            ``CrawlingTask(regulator_count=..., reward=RewardWeights(tilt=0.05))``.
 
     Raises:
         TypeError: A design or the robot is of another kind.
-        ValueError: No robot, another number of designs than robots, or a task of other regulators
-            than the robot has.
+        ValueError: No robot, another number of designs than robots, no design of a robot of other
+            sites than the paper's, or a task of other regulators than the robot has.
     """
     from pneumorph.environment.crawling_environment import CrawlingEnvironment
 
+    robot = _robot(robot)
+    if design is None:
+        _refuse_unnamed(robot)
     if isinstance(design, Sequence) and not isinstance(design, str):
         designs = [_parsed(each) for each in design]
     else:
@@ -70,7 +77,6 @@ def make_env(
             f"got {len(designs)} designs for num_envs = {count}, expected one design for all or "
             "one for each"
         )
-    robot = _robot(robot)
     chosen = designs * count if len(designs) == 1 else designs
     told = _told(robot, chosen)
     return CrawlingEnvironment(
@@ -86,7 +92,10 @@ def make_single_env(
     """One crawling robot; arguments as of `make_env`."""
     from pneumorph.environment.single_crawling_environment import SingleCrawlingEnvironment
 
-    robot, chosen = _robot(robot), _parsed(design)
+    robot = _robot(robot)
+    if design is None:
+        _refuse_unnamed(robot)
+    chosen = _parsed(design)
     told = _told(robot, [chosen])
     return SingleCrawlingEnvironment(
         chosen, robot.assembly, robot.simulator, _task_of(robot, task), **told
@@ -128,13 +137,31 @@ def _parsed(design: Design | str | None) -> Design:
     return Design.parse(BASELINE_DESIGN if design is None else design)
 
 
+def _refuse_unnamed(robot: RobotSpec) -> None:
+    """Refuse to take the expert's design for a robot of other sites than the paper's.
+
+    Raises:
+        ValueError: It has others.
+    """
+    from pneumorph.robot.design import BASELINE_DESIGN, Design
+
+    expected, count = Design.parse(BASELINE_DESIGN).location_count, len(robot.sites)
+    if count != expected:
+        raise ValueError(
+            f"design is None, which is {BASELINE_DESIGN} of the paper's robot with {expected} "
+            f"sites, and {robot.name or 'the robot'} has {count}: expected a design, such as the "
+            "usual_design of its RobotDescription"
+        )
+
+
 def _robot(asked: RobotSpec | None) -> RobotSpec:
     """What is asked for, or the paper's robot."""
     from pneumorph.catalogue.paper_robot import paper_robot
+    from pneumorph.catalogue.robot_spec import RobotSpec
 
     if asked is None:
         return paper_robot()
-    if not hasattr(asked, "sites"):
+    if not isinstance(asked, RobotSpec):
         raise TypeError(
             f"robot is {asked!r:.60}, expected a RobotSpec such as paper_robot() or "
             "RobotDescription.read(file).spec()"

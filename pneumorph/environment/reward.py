@@ -32,7 +32,8 @@ SAMPLE_STEPS = 10
 @dataclass(frozen=True)
 class RewardWeights(Checked):
     """The reward: the goal's travel, minus penalties. By default forward travel alone, as in the
-    paper; in the measured physics trainings and searches set `tilt` as well."""
+    paper; in the measured physics trainings and searches set `tilt` as well, environments made in
+    Python do not."""
 
     backsliding: NotNegative = 0.0
     """Penalty for the furthest slide back within an action [cm per cm], away from the goal: of

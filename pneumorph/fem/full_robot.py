@@ -196,8 +196,17 @@ class FullRobot(RobotBody[HubState]):
                     recorder.record(number + 1, commands[number], state)
         return state, recorder.trajectory(status, reason, description)
 
-    def settled_state(self, step_count: int = 15) -> FullRobotState[HubState]:
+    def settled_state(
+        self,
+        step_count: int = 15,
+        *,
+        observe: Callable[[FullRobotState[HubState]], None] | None = None,
+    ) -> FullRobotState[HubState]:
         """Let the robot fall and settle without pressure, 15 steps in the paper's episodes.
+
+        Args:
+            step_count: How many steps.
+            observe: Called with the state after every step.
 
         Raises:
             StepError: A step fails even in the smallest parts.
@@ -206,4 +215,6 @@ class FullRobot(RobotBody[HubState]):
         with _one_blas_thread():
             for _ in range(step_count):
                 state = self.step(state, rest)
+                if observe is not None:
+                    observe(state)
         return state

@@ -50,6 +50,10 @@ class HubBody(Protocol[HubState]):
     def mesh(self) -> Mesh | None:
         """Its shape in its frame, for drawing."""
 
+    @property
+    def payload_mm(self) -> np.ndarray | None:
+        """Where what it carries lies in its frame [mm], (3,), for drawing; None for nothing."""
+
     def identity(self) -> list[np.ndarray]:
         """Numbers that tell this hub from others."""
 

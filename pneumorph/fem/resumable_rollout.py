@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -24,6 +25,8 @@ from pneumorph.trajectory import Trajectory, check_record_every
 
 FORMAT_VERSION = 1
 STATE = "state:"
+TELL_EVERY_S = 2.0
+"""Wall time between steps within a piece that progress is told of [s]; a step may take ten."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,8 @@ def resumable_rollout(
         record_every: Steps between frames, each with the nodes.
         description: What else to note in the trajectory's metadata.
         checkpoint_every_s: Wall time between checkpoints, which are made at frames [s].
-        progress: Told the steps made, those to make, and what goes on.
+        progress: Told the steps made, those to make, and what goes on: after each piece, and where
+            pieces take long within them and while the robot settles.
         watch: Told every piece of the way, times since its start; a piece begins with the last
             frame of the one before it.
         highest_kPa: Highest command that is allowed [kPa].
@@ -94,24 +98,32 @@ def resumable_rollout(
     identity = _identity(robot, commands, settling_steps, record_every)
     start = time.monotonic()
     done, state, pieces, spent_s = _loaded(robot, checkpoint, identity, len(commands))
+    steps = _ToldSteps(progress)
     if state is None:
-        state = robot.settled_state(settling_steps)
+        state = robot.settled_state(
+            settling_steps, observe=steps.within(range(settling_steps), settling_steps, "settling")
+        )
     elif resumed is not None:
         resumed(spent_s)
     if watch is not None and pieces:
         watch(replace(pieces[0], metadata=pieces[0].metadata | (description or {})))
     saved_at, status = time.monotonic(), "completed"
     while done < len(commands) and status == "completed":
-        state, piece = robot.rollout(state, commands[done : done + record_every], record_every)
+        end = min(done + record_every, len(commands))
+        state, piece = robot.rollout(
+            state,
+            commands[done:end],
+            record_every,
+            observe=steps.within(range(done, end), len(commands), "simulating"),
+        )
         pieces.append(piece)
         status = piece.status
         if watch is not None:
             start_s = done * robot.physics.time_step_s
             named = piece.metadata | (description or {})
             watch(replace(piece, time_s=piece.time_s + start_s, metadata=named))
-        done = min(done + record_every, len(commands))
-        if progress is not None:
-            progress(done, len(commands), "simulating")
+        done = end
+        steps.tell(done, len(commands), "simulating")
         if done < len(commands) and time.monotonic() - saved_at >= checkpoint_every_s:
             pieces = [joined(pieces)]
             so_far_s = spent_s + time.monotonic() - start
@@ -122,6 +134,35 @@ def resumable_rollout(
     way = joined(pieces)
     way.metadata.update(description or {})
     return way
+
+
+class _ToldSteps:
+    """Tells how far a rollout is, of single steps now and then.
+
+    Args:
+        progress: Told the steps made, those to make, and what goes on; None for nobody.
+    """
+
+    def __init__(self, progress: Callable[[int, int, str], None] | None) -> None:
+        self._progress = progress
+        self._told_at = time.monotonic()
+
+    def tell(self, done: int, total: int, what: str) -> None:
+        """Tell of a step."""
+        self._told_at = time.monotonic()
+        if self._progress is not None:
+            self._progress(done, total, what)
+
+    def within(self, steps: range, total: int, what: str) -> Callable[[object], None]:
+        """What is to be called after each of some steps, the last of which others tell of."""
+        made = itertools.count(steps.start + 1)
+
+        def observe(_: object) -> None:
+            number = next(made)
+            if number < steps.stop and time.monotonic() - self._told_at >= TELL_EVERY_S:
+                self.tell(number, total, what)
+
+        return observe
 
 
 def _loaded(

@@ -35,6 +35,8 @@ class RigidHub:
         contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
             default.
         surface: What they lie on, by name.
+        payload_mm: Where what it carries lies in the robot's frame, for drawing: the mass has it in
+            it [mm], (3,); None for nothing.
 
     Raises:
         ValueError: The mass is not positive.
@@ -46,9 +48,11 @@ class RigidHub:
         mass: float | MassProperties,
         contact_points: np.ndarray | None = None,
         surface: str = "",
+        payload_mm: np.ndarray | None = None,
     ) -> None:
         body = mass if isinstance(mass, MassProperties) else _of_nodes(mesh, mass)
         self.mesh = mesh
+        self.payload_mm = payload_mm
         self.mass_kg = body.mass_kg
         self.rest_centre: np.ndarray = body.centre_mm
         """Centre of mass at rest [mm], (3,)."""

@@ -185,7 +185,7 @@ class RobotBody(Generic[HubState]):
             )
             for site, leg, skin in zip(self.sites, self.legs, skins, strict=True)
         ]  # fmt: skip
-        shape, triangles = RobotShape.of(self.hub.mesh, legs)
+        shape, triangles = RobotShape.of(self.hub.mesh, legs, self.hub.payload_mm)
         return shape, None if any(skin is None for skin in skins) else triangles
 
     def bodies(self, state: FullRobotState[HubState]) -> list[Body]:

@@ -54,6 +54,7 @@ class SoftHub:
         )
         self.unknown_count = 3 * part.node_count
         self.rigid = False
+        self.payload_mm: np.ndarray | None = None  # a point would hang on one node
         self._weights: dict[bytes, np.ndarray] = {}
 
     def identity(self) -> list[np.ndarray]:

@@ -63,6 +63,9 @@ class RobotShape:
     leg_cavity_mm: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3)))
     """Middle of each leg's cavities in the robot's frame [mm], (leg, cavity, 3), NaN for one that
     it has not or whose place is not known; none in files of earlier versions."""
+    payload_mm: np.ndarray | None = None
+    """Where what the hub carries lies in the robot's frame [mm], (3,); None where it carries
+    nothing, and in files of earlier versions."""
 
     def __post_init__(self) -> None:
         leg = len(self.leg_part)
@@ -72,12 +75,15 @@ class RobotShape:
             "leg_position_mm": (leg, 3),
             "hub_nodes_mm": (len(self.hub_nodes_mm), 3),
             "hub_triangles": (len(self.hub_triangles), 3),
+            **({} if self.payload_mm is None else {"payload_mm": (3,)}),
         }
         for name, expected in shapes.items():
             if np.shape(getattr(self, name)) != expected:
                 raise ValueError(
                     f"{name} must have shape {expected}, got {np.shape(getattr(self, name))}"
                 )
+        if self.payload_mm is not None and not np.isfinite(self.payload_mm).all():
+            raise ValueError(f"payload_mm is {self.payload_mm}, expected finite numbers")
         check_within("hub_triangles", self.hub_triangles, len(self.hub_nodes_mm), "nodes")
         check_within("leg_part", self.leg_part, leg, "parts")
         check_within("skin_part", self.skin_part, leg, "parts")
@@ -89,13 +95,15 @@ class RobotShape:
 
     @classmethod
     def of(
-        cls, hub: Mesh | None, legs: Sequence[PlacedPart]
+        cls, hub: Mesh | None, legs: Sequence[PlacedPart], payload_mm: np.ndarray | None = None
     ) -> tuple[RobotShape, np.ndarray | None]:
         """The shape of parts on a hub, and the triangles of all different parts.
 
         Args:
             hub: Its mesh in the robot's frame; None where it is not known.
             legs: The parts.
+            payload_mm: Where what the hub carries lies in the robot's frame [mm], (3,); None for
+                nothing.
         """
         parts = list({id(leg.part): leg for leg in legs}.values())
         number = {id(leg.part): place for place, leg in enumerate(parts)}
@@ -127,6 +135,7 @@ class RobotShape:
                 + [np.full(len(leg.skin), place, np.int32) for place, leg in enumerate(parts)]
             ),
             leg_cavity_mm=centres,
+            payload_mm=payload_mm,
         )
         skins = [np.asarray(leg.skin, dtype=np.int32).reshape(-1, 3) for leg in parts]
         return shape, np.concatenate(skins) if skins else None
@@ -152,7 +161,8 @@ class RobotShape:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything by name, for a file."""
-        return {_PREFIX + each.name: getattr(self, each.name) for each in fields(self)}
+        named = {_PREFIX + each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in named.items() if value is not None}
 
     @classmethod
     def taken_from(cls, arrays: Mapping[str, np.ndarray]) -> RobotShape | None:

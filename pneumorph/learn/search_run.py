@@ -9,7 +9,8 @@ Where an objective asks for several worlds, all candidates of a generation walk 
 drawn anew for each generation and centred by it, as a training's rounds are. The best of so few
 worlds is often the luckiest: at the end the best walk again, in the worlds of an evaluation. Until
 the objective's `nominal_until_timestep` they walk in the nominal world alone, as a training's
-designs do; the best from there are half of those that walk again.
+designs do; the best from there are half of those that walk again. Where the best gait of each
+design is asked for, each design's best of the drawn worlds walks again before any of these.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ class SearchResult:
             its walk.
         late_gain_cm: What the last quarter of the budget added to each design's best score [cm],
             by its index: where it is much, the search was too short to call its best the best.
+            Scores in the nominal world and in drawn ones are not compared.
         resumed_timesteps: Actions that an earlier process had made.
     """
 
@@ -83,6 +85,7 @@ def run_search(
     *,
     objective: Objective | None = None,
     finalist_count: int = 24,
+    every_design: bool = False,
     description: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> SearchResult:
@@ -97,6 +100,8 @@ def run_search(
         objective: What counts where candidates walk in several worlds; None for one world.
         finalist_count: How many pairs then walk in the worlds of an evaluation: the best of each
             design, the second ones and so on, until there are so many.
+        every_design: Whether each design that walked has the best of its gaits among these, however
+            many come from the nominal world.
         description: What a resumed search must have in common with its beginning; JSON values.
         progress: Told (timesteps done, timesteps in all, message).
 
@@ -122,6 +127,7 @@ def run_search(
         while done < timesteps:
             if now is not objective and _objective_at(objective, done) is objective:
                 now, nominal, found, most = objective, found, {}, np.nan
+                earlier_cm = {}  # scores of another measure
                 searcher.begin_in_other_worlds()
             walks_each = task.action_count * now.worlds_per_design
             candidates = searcher.ask()
@@ -177,8 +183,7 @@ def run_search(
     }
     best = {design: pairs[0] for design, pairs in found.items()}
     if objective.is_robust:
-        pairs = _finalists(nominal, finalist_count // 2)
-        pairs += _finalists(found, finalist_count - len(pairs))
+        pairs = _finalists(nominal, found, finalist_count, every_design)
         best = best_of_each_design(pairs, environment, space, objective, progress)
     return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
 
@@ -250,10 +255,40 @@ def _note(
             del known[count:]
 
 
-def _finalists(found: Mapping[int, Sequence[DesignGaitPair]], count: int) -> list[DesignGaitPair]:
+def _finalists(
+    nominal: Mapping[int, Sequence[DesignGaitPair]],
+    found: Mapping[int, Sequence[DesignGaitPair]],
+    count: int,
+    every_design: bool,
+) -> list[DesignGaitPair]:
+    """The pairs that walk once more: half of them from the nominal world, where there are as many;
+    half of the others where each design has its first.
+
+    Args:
+        nominal: The best of each design there, the best first.
+        found: The same in drawn worlds.
+        count: How many are wanted.
+        every_design: Whether the first of every design in drawn worlds are among them, and of one
+            that never came to an end there its first of the nominal world.
+    """
+    first: list[DesignGaitPair] = []
+    if every_design:
+        first = [pairs[0] for pairs in {**nominal, **found}.values()]
+    known = set(map(id, first))
+
+    def others(of: Mapping[int, Sequence[DesignGaitPair]]) -> list[DesignGaitPair]:
+        return [pair for pair in _ranked(of) if id(pair) not in known]
+
+    room = max(0, count - len(first))
+    of_nominal = others(nominal)[: room // 2]
+    return [*first, *of_nominal, *others(found)[: room - len(of_nominal)]]
+
+
+def _ranked(found: Mapping[int, Sequence[DesignGaitPair]]) -> list[DesignGaitPair]:
+    """The best of each design, the second ones and so on, by score among themselves."""
     ranked = [(rank, pair) for pairs in found.values() for rank, pair in enumerate(pairs)]
     ranked.sort(key=lambda each: (each[0], -each[1].score_cm))
-    return [pair for _, pair in ranked[:count]]
+    return [pair for _, pair in ranked]
 
 
 def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:

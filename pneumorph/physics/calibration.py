@@ -30,6 +30,10 @@ FORMAT_VERSION = 1
 
 PUBLISHED = "the published line"
 """How summaries name the pressure map of the paper, which is used without a calibration file."""
+NOT_CALIBRATED = "not calibrated"
+"""What summaries say in place of a file where nothing was measured of the robot."""
+_EARLIER_NOT_CALIBRATED = "the run's own settings"
+"""What summaries of earlier versions say there."""
 
 _BOUNDS = {
     "modulus_factor": Bounds(
@@ -190,6 +194,7 @@ class UsedCalibration:
     """What a summary says of the calibration it was made with; None for what was not measured."""
 
     file: str
+    """Where it was read from; without one `PUBLISHED` or `NOT_CALIBRATED`."""
     slope: float
     intercept_kPa: float
     digest: str | None = None
@@ -199,18 +204,24 @@ class UsedCalibration:
     filling_mm3_per_s_kPa: tuple[float, ...] | None = None
     venting_mm3_per_s_kPa: tuple[float, ...] | None = None
 
+    @property
+    def said(self) -> str:
+        """The file for a person, in the words of this version."""
+        earlier = self.digest is None and self.file == _EARLIER_NOT_CALIBRATED
+        return NOT_CALIBRATED if earlier else self.file
+
 
 def describe_calibration(
     calibration: Calibration | None, pressure_map: PressureMap
 ) -> UsedCalibration:
     """What a summary says of the calibration it was made with."""
-    usual = PUBLISHED if pressure_map == PressureMap() else "the run's own settings"
     slope, intercept_kPa = pressure_map.slope, pressure_map.intercept_kPa
     if calibration is None:
+        usual = PUBLISHED if pressure_map == PressureMap() else NOT_CALIBRATED
         return UsedCalibration(usual, slope, intercept_kPa)
     air = calibration.air
     return UsedCalibration(
-        usual if calibration.path is None else str(calibration.path),
+        "a calibration without a file" if calibration.path is None else str(calibration.path),
         slope,
         intercept_kPa,
         digest=calibration.digest(),

@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.fabrication.robot_to_make import HubToMake, LegToMake, RobotToMake, Seat
 from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.report.drawing_order import farthest_first
 from pneumorph.report.style import (
     DISK_COLOUR,
     INK_COLOUR,
@@ -139,9 +140,10 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
     from matplotlib.patches import Circle
 
     unit = scale / 2.0
-    for seat in robot.seats:
-        for corners, colour in _coloured_boxes(seat):
-            _outline(axes, corners[:, :2], colour, 2)
+    pieces = [piece for seat in robot.seats for piece in _coloured_boxes(seat)]
+    order = farthest_first([corners for corners, _ in pieces], np.array([0.0, 0.0, -1.0]))
+    for corners, colour in (pieces[number] for number in order):
+        _outline(axes, corners[:, :2], colour, 2)
     hub = robot.hub
     _outline(axes, hub.outline_mm[:, :2], DISK_COLOUR, 3)
     if hub.well_radius_mm > 0.0:
@@ -212,17 +214,17 @@ def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
 
 
 def _side(axes: Axes, robot: RobotToMake, scale: float) -> None:
-    """Seen from the right (-y), forward to the right; nearer legs are drawn later."""
+    """Seen from the right (-y), forward to the right; what is nearer is drawn later."""
     unit = scale / 2.0
     lift = -15.0 * unit
-    seats = sorted(robot.seats, key=lambda each: -np.sin(np.radians(each.direction_deg)))
-    for order, seat in enumerate(seats):
-        for corners, colour in _coloured_boxes(seat):
-            points = corners[:, [0, 2]] + [0.0, lift]
-            _outline(axes, points, colour, 2 + 0.1 * order)
-    hull = robot.hub.outline_mm[:, [0, 2]]
-    low, high = hull[:, 1].min(), hull[:, 1].max()
-    _outline(axes, hull + np.array([0.0, lift]), DISK_COLOUR, 2.5)
+    hub = robot.hub.outline_mm
+    pieces = [(hub, DISK_COLOUR)]
+    pieces += [piece for seat in robot.seats for piece in _coloured_boxes(seat)]
+    order = farthest_first([corners for corners, _ in pieces], np.array([0.0, 1.0, 0.0]))
+    for place, number in enumerate(order):
+        corners, colour = pieces[number]
+        _outline(axes, corners[:, [0, 2]] + [0.0, lift], colour, 2.0 + place / len(order))
+    low, high = hub[:, 2].min(), hub[:, 2].max()
     _dimension(axes, (0.0, low + lift), (0.0, high + lift), f"{high - low:g}", unit)
     axes.text(0, 52 * unit, f"from the right, 1:{scale:g}", ha="center", fontsize=9)
 

@@ -1,9 +1,54 @@
-"""Whether the expert of a training walked as the robots of a run that looks at it do."""
+"""Whether the expert of a training walked as the robots of a run that looks at it do, and for as
+long."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from pneumorph.report.physics_words import Simulated
 from pneumorph.study.finished_run import FinishedRun
+
+_TASKS = {"coopt", "search", "task"}
+"""Groups of settings that say how long pairs walk."""
+
+
+@dataclass(frozen=True)
+class Durations:
+    """How long the pairs of a run walk and how long the expert beside them, where that differs.
+
+    Attributes:
+        pairs_s: Length of an episode [s].
+        expert_s: Length of the expert's gait [s].
+    """
+
+    pairs_s: float
+    expert_s: float
+
+    @property
+    def of_pairs(self) -> str:
+        """That of the pairs, to stand behind a number."""
+        return f"in {self.pairs_s:.3g} s"
+
+    @property
+    def of_expert(self) -> str:
+        """That of the expert."""
+        return f"in {self.expert_s:.3g} s"
+
+
+def durations_apart(run: FinishedRun) -> Durations | None:
+    """How long the pairs and the expert walk that stand beside each other on a run's page; None
+    where that is equally long, or where its settings and those of the run that it looks at do not
+    tell."""
+    learned = run if _TASKS & run.settings.keys() else run.source
+    swept = run if "baseline" in run.settings else run.source
+    if learned is None or swept is None:
+        return None
+    if not _TASKS & learned.settings.keys() or "baseline" not in swept.settings:
+        return None
+    task, step_s = learned.task, learned.robot.physics.time_step_s
+    pairs_s = task.action_count * task.action_step_count * step_s
+    expert_s = swept.baseline.gait.duration_s
+    return None if abs(pairs_s - expert_s) < step_s else Durations(pairs_s, expert_s)
 
 
 def expert_elsewhere(run: FinishedRun) -> str:

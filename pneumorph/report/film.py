@@ -28,6 +28,7 @@ def write_film(
     actors: Sequence[Actor | MarkerActor],
     settings: FilmSettings | None = None,
     progress: Callable[[int, int, str], None] | None = None,
+    told: str | None = None,
 ) -> Path:
     """Film robots from the start of their trajectories to the end of the longest one.
 
@@ -36,6 +37,7 @@ def write_film(
         actors: The robots; see `side_by_side` for their lanes.
         settings: Size, speed and view.
         progress: Called with frames done, frames in all and a message.
+        told: What is written once of all robots; None for the names of their physics.
 
     Raises:
         ValueError: Another suffix, or a trajectory without node positions.
@@ -44,7 +46,7 @@ def write_film(
     settings = settings or FilmSettings()
     if path.suffix not in (".mp4", ".gif"):
         raise ValueError(f"film {path} ends in {path.suffix!r}, expected .mp4 or .gif")
-    painter = FramePainter(actors, settings)
+    painter = FramePainter(actors, settings, told=told)
     frames = _frames(painter, actors, settings, progress)
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / f"film{path.suffix}"

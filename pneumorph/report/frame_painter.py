@@ -53,6 +53,16 @@ class FilmSettings(Checked):
     """What a leg's colour shows: its regulator, or its pressure from 0 to 90 kPa."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Shaded:
+    """Triangles that the camera sees, (triangle, 3, 3) mm, their colours, (triangle, 3), and those
+    that the light falls on, (triangle, 3, 3) mm."""
+
+    seen: np.ndarray
+    colours: np.ndarray
+    lit: np.ndarray
+
+
 class FramePainter:
     """Paints the frames of a film of one or more robots.
 
@@ -60,6 +70,7 @@ class FramePainter:
         actors: The robots.
         settings: Size, view and colours.
         captions: Write clock, scale, labels and the physics into the images.
+        told: What is written once of all robots; None for the names of their physics.
     """
 
     def __init__(
@@ -67,6 +78,7 @@ class FramePainter:
         actors: Sequence[Actor | MarkerActor],
         settings: FilmSettings | None = None,
         captions: bool = True,
+        told: str | None = None,
     ) -> None:
         if not actors:
             raise ValueError("a film needs at least one robot, got none")
@@ -74,8 +86,8 @@ class FramePainter:
         self._captions = captions
         simulated = [actor.trajectory for actor in actors if isinstance(actor, Actor)]
         slopes = [slope_deg(trajectory) for trajectory in simulated]
-        told = (physics_of_walks(simulated), slope_words(slopes))
-        self._physics = ", ".join(words for words in told if words)
+        once = (physics_of_walks(simulated) if told is None else told, slope_words(slopes))
+        self._told = ", ".join(words for words in once if words)
         view = settings or FilmSettings()
         self._colour_by = view.colour_by
         extreme, self._floor_mm = _extent(self._actors, captions)
@@ -103,27 +115,39 @@ class FramePainter:
         """Return the image at a time."""
         frames = [actor.frame_at(time_s) for actor in self._actors]
         now = list(zip(self._actors, frames, strict=True))
-        corners = np.concatenate([self._corners(actor, frame) for actor, frame in now])
-        colours = np.concatenate([actor.colours(frame, self._colour_by) for actor, frame in now])
+        robots = self._shaded(
+            np.concatenate([self._corners(actor, frame) for actor, frame in now]),
+            np.concatenate([actor.colours(frame, self._colour_by) for actor, frame in now]),
+        )
+        carried = [(actor, frame) for actor, frame in now if isinstance(actor, Actor)]
+        marks = self._shaded(
+            np.concatenate([np.zeros((0, 3, 3)), *(each.mark_corners(at) for each, at in carried)]),
+            np.concatenate([np.zeros((0, 3)), *(each.mark_colours(at) for each, at in carried)]),
+        )
+
+        image = self._floor.copy()
+        self._shade_floor(image, np.concatenate([robots.lit, marks.lit]))
+        draw = ImageDraw.Draw(image)
+        for index, (actor, frame) in enumerate(now):
+            way = self._on_floor(actor.path_mm[: frame + 1])
+            draw.line(way, path_colour(index, len(now)), 3 * _FINE, joint="curve")
+        for each in (robots, marks):  # marks over all that would hide them
+            self._draw_robots(draw, each.seen, each.colours)
+        image = image.reduce(_FINE)
+        if self._captions:
+            self._write_captions(ImageDraw.Draw(image), time_s, frames)
+        return image
+
+    def _shaded(self, corners: np.ndarray, colours: np.ndarray) -> _Shaded:
+        """Return what is seen of triangles, and those that the light falls on."""
         finite = np.isfinite(corners).all(axis=(1, 2))
         corners, colours = corners[finite], colours[finite]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
         lit = np.clip(normal @ _LIGHT, 0.0, 1.0)
         shaded = colours * (_AMBIENT + (1.0 - _AMBIENT) * lit)[:, None]
-
-        image = self._floor.copy()
-        self._shade_floor(image, corners[lit > 0])
-        draw = ImageDraw.Draw(image)
-        for index, (actor, frame) in enumerate(now):
-            way = self._on_floor(actor.path_mm[: frame + 1])
-            draw.line(way, path_colour(index, len(now)), 3 * _FINE, joint="curve")
         seen = normal @ self._camera.axes[:, 2] < -1e-6  # neither turned away nor without area
-        self._draw_robots(draw, corners[seen], shaded[seen])
-        image = image.reduce(_FINE)
-        if self._captions:
-            self._write_captions(ImageDraw.Draw(image), time_s, frames)
-        return image
+        return _Shaded(corners[seen], shaded[seen], corners[lit > 0])
 
     def _corners(self, actor: Actor | MarkerActor, frame: int) -> np.ndarray:
         """Return an actor's triangles; what is measured has no height of its own."""
@@ -199,19 +223,66 @@ class FramePainter:
         large, small = _font(width // 42), _font(width // 56)
         space = width // 60
         draw.text((space, space), f"{max(time_s, 0.0):5.1f} s", INK_COLOUR, large)
-        draw.text((space, space + width // 36), self._physics, INK_COLOUR, small)
-        right = _label_x(self._actors)
-        for actor, frame in zip(self._actors, frames, strict=True):
-            ((x, y),) = self._on_floor(np.array([[right, actor.lane_mm]]))
-            place = (min(x / _FINE, width - space), y / _FINE)
-            text = f"{actor.label}\n{actor.travelled(frame)}"
-            draw.text(place, text, INK_COLOUR, small, anchor="rm", align="right")
+        draw.text((space, space + width // 36), self._told, INK_COLOUR, small)
+        self._write_labels(draw, small, time_s, frames)
 
         # At the top: a video player's controls cover the bottom.
         end, base = width - space, 2 * space
         bar = 50.0 * self._camera.pixels_per_mm
         draw.line([(end - bar, base), (end, base)], INK_COLOUR, 3)
         draw.text((end - bar / 2, base + 4), "5 cm", INK_COLOUR, small, anchor="mt")
+
+    def _write_labels(
+        self,
+        draw: ImageDraw.ImageDraw,
+        font: ImageFont.FreeTypeFont,
+        time_s: float,
+        frames: Sequence[int],
+    ) -> None:
+        """Write each robot's label and what it has achieved behind its lane, below each other where
+        lanes are close, and there with a bar in the colour of its path."""
+        width, right = self._camera.width, _label_x(self._actors)
+        space, texts, boxes, wanted = width // 60, list[str](), list[tuple[float, ...]](), []
+        for actor, frame in zip(self._actors, frames, strict=True):
+            over = f", ended at {actor.end_s:.3g} s" if time_s > actor.end_s + 0.02 else ""
+            texts.append(f"{actor.label}\n{actor.travelled(frame)}{over}")
+            boxes.append(draw.textbbox((0, 0), texts[-1], font, anchor="rm", align="right"))
+            ((x, y),) = self._on_floor(np.array([[right, actor.lane_mm]]))
+            wanted.append((min(x / _FINE, width - space), y / _FINE))
+        heights = [box[3] - box[1] + 0.4 * font.size for box in boxes]
+        placed = _spread([y for _, y in wanted], heights, self._camera.height)
+        close = placed != [y for _, y in wanted]
+        for number, (text, box, (x, _), y) in enumerate(
+            zip(texts, boxes, wanted, placed, strict=True)
+        ):
+            draw.text((x, y), text, INK_COLOUR, font, anchor="rm", align="right")
+            if close:
+                bar = (x + box[0] - 0.8 * font.size, x + box[0] - 0.5 * font.size)
+                draw.rectangle(
+                    (bar[0], y + box[1], bar[1], y + box[3]), path_colour(number, len(texts))
+                )
+
+
+def _spread(middles: Sequence[float], heights: Sequence[float], room: float) -> list[float]:
+    """Where labels go down a picture, so that none covers another: the upper ones above, of those
+    in one place the first, as near to where they would be as that allows, and in the picture.
+
+    Args:
+        middles: Where the middles of labels would be [pixels].
+        heights: How high they are [pixels].
+        room: How high the picture is [pixels].
+    """
+    placed, lowest = list(middles), -np.inf
+    order = sorted(range(len(middles)), key=lambda number: middles[number])
+    for number in order:
+        placed[number] = max(middles[number], lowest + heights[number] / 2.0)
+        lowest = placed[number] + heights[number] / 2.0
+    if placed == list(middles):
+        return placed
+    # Those that were pushed down were pushed by the others: all give way alike.
+    shift = max(float(np.mean(np.subtract(placed, middles))), lowest - room)
+    shift = min(shift, placed[order[0]] - heights[order[0]] / 2.0)
+    return [each - shift for each in placed]
 
 
 def _label_x(actors: list[Actor | MarkerActor]) -> float:

@@ -14,9 +14,20 @@ if TYPE_CHECKING:
     from pneumorph.report.scene import Actor
 
 
+_PALE = 0.3
+"""How opaque a picture is of a robot whose walk has ended."""
+
+
+def has_ended(actor: Actor, time_s: float) -> bool:
+    """Whether the walk of a robot was over before a time: times in headings are rounded."""
+    return time_s > actor.end_s + 0.02
+
+
 @figure_style()
 def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int = 480) -> Figure:
     """Return pictures of each robot at the same instants; lines on the floor are 5 cm apart.
+
+    Behind the end of its walk a robot is pale, and the picture says when that was.
 
     Args:
         actors: The robots.
@@ -37,8 +48,12 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
     for row, (actor, painter) in enumerate(zip(actors, painters, strict=True)):
         for column, time_s in enumerate(times_s):
             axes = panels[row, column]
-            axes.imshow(painter.paint(time_s))
+            over = has_ended(actor, time_s)
+            axes.imshow(painter.paint(time_s), alpha=_PALE if over else 1.0)
             travelled = actor.travelled(actor.frame_at(time_s))
+            if over:
+                axes.text(0.02, 0.97, f"ended at {actor.end_s:.3g} s", size=7, ha="left", va="top",
+                          transform=axes.transAxes)  # fmt: skip
             axes.text(0.98, 0.03, travelled, size=7, ha="right", va="bottom",
                       transform=axes.transAxes)  # fmt: skip
             axes.set(xticks=[], yticks=[])

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from pneumorph.geometry.surface import boundary_triangles
+from pneumorph.report.payload_mark import PayloadMark, payload_mark, payload_mark_of
 from pneumorph.report.plan_bands import chamber_bands
 from pneumorph.robot.design import Design
 
@@ -38,6 +40,7 @@ class Plan:
         entries: Of each leg in the name of the design: its kind and its regulators, such as ``b2``.
         bands_mm: Of each leg the part of its outline for each of its cavities, each (corner, 2);
             of a single one the outline.
+        payload: Mark of what the hub carries; None for nothing.
     """
 
     hub_mm: np.ndarray
@@ -45,6 +48,7 @@ class Plan:
     regulators: tuple[tuple[int, ...], ...]
     entries: tuple[str, ...]
     bands_mm: tuple[tuple[np.ndarray, ...], ...]
+    payload: PayloadMark | None = None
 
     def coloured(self, leg: int) -> list[tuple[np.ndarray, int]]:
         """Parts of a leg's outline, and the regulator of each."""
@@ -56,13 +60,17 @@ class Plan:
     @property
     def half_width_mm(self) -> float:
         """Half the width of a square about the origin that holds all of it."""
-        return float(max(np.abs(each).max(initial=0.0) for each in (self.hub_mm, *self.legs_mm)))
+        return float(max(np.abs(each).max(initial=0.0) for each in self._outlines))
 
     @property
     def reach_mm(self) -> float:
         """Distance of its furthest point from the origin."""
-        outlines = (self.hub_mm, *self.legs_mm)
-        return float(max(np.linalg.norm(each, axis=1).max(initial=0.0) for each in outlines))
+        return float(max(np.linalg.norm(each, axis=1).max(initial=0.0) for each in self._outlines))
+
+    @property
+    def _outlines(self) -> tuple[np.ndarray, ...]:
+        carried = () if self.payload is None else (self.payload.outline_mm,)
+        return (self.hub_mm, *self.legs_mm, *carried)
 
 
 PlanOf = Callable[[Design], Plan]
@@ -109,6 +117,7 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
             _bands(outline, len(own), shape.cavities_of(leg))
             for leg, (outline, own) in enumerate(zip(legs, shape.regulators, strict=True))
         ),
+        payload_mark_of(shape),
     )
 
 
@@ -122,7 +131,11 @@ def plans_of(robot: RobotOptions) -> PlanOf:
 
 def plans_of_spec(spec: RobotSpec) -> PlanOf:
     """What the designs of a robot look like, from its hub and modules."""
-    hub = _outline(spec.hub.mesh.nodes)
+    mesh, carried = spec.hub.mesh, spec.hub.payload
+    hub = _outline(mesh.nodes)
+    mark = None
+    if carried is not None:
+        mark = payload_mark(carried.place_mm, mesh.nodes, boundary_triangles(mesh.tetrahedra))
 
     def plan(design: Design) -> Plan:
         mounts = spec.assembly(design).mounts
@@ -136,6 +149,7 @@ def plans_of_spec(spec: RobotSpec) -> PlanOf:
                 _bands(outline, mount.part.cavity_count, _placed_centres(mount))
                 for outline, mount in zip(legs, mounts, strict=True)
             ),
+            mark,
         )
 
     return plan

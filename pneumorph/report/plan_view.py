@@ -1,7 +1,7 @@
 """A robot seen from above: legs coloured by regulator, forward to the right (paper, figure 3a).
 
 What stands on a leg is its entry in the name of the design: its kind and its regulators. A leg of
-several regulators is parted where its chambers are.
+several regulators is parted where its chambers are. What the hub carries is a dark ball.
 """
 
 from __future__ import annotations
@@ -74,6 +74,10 @@ def draw_plan_view(
     ahead, aside = 30.0 * size_mm * np.array([cosine, sine])
     arrow = {"arrowstyle": "->", "color": INK_COLOUR, "linewidth": 0.9}
     axes.annotate("", (x + ahead, y + aside), (x - ahead, y - aside), arrowprops=arrow)
+    if plan.payload is not None:
+        axes.plot(*placed(plan.payload.line_mm).T, color=INK_COLOUR, linewidth=0.9)
+        ball = placed(plan.payload.outline_mm)
+        axes.fill(*ball.T, facecolor=INK_COLOUR, edgecolor="white", linewidth=0.6, zorder=4)
 
 
 def framed_plan_view(axes: Axes, plan: Plan, number_size: float = 0.0) -> None:

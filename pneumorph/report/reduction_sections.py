@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DIGEST_DIGITS = 12
-"""As many of a digest as tell meshes apart."""
+"""As many of a digest as tell meshes, and legs, apart."""
 
 
 def comparison_sections(found: Comparison, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -112,6 +112,8 @@ def _told(leg: PartSummary) -> dict[str, Any]:
     sizes = {name: value for name, value in vars(leg).items() if name not in left_out}
     # A whole digest is as wide as a page, and leaves no room for a second leg's numbers.
     told = {**sizes, "mesh_digest": leg.mesh_digest[:_DIGEST_DIGITS]}
+    if leg.digest is not None:
+        told["digest"] = leg.digest[:_DIGEST_DIGITS]
     if leg.bend and leg.bend["pressure_kPa"]:
         told["bend in its last snapshot (degrees)"] = leg.bend["full_deg"][-1]
         told["at a pressure of (kPa)"] = leg.bend["pressure_kPa"][-1]

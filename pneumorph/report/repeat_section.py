@@ -56,5 +56,5 @@ def _calibration(run: FinishedRun) -> str:
         if (value := getattr(used, name)) is not None
     )
     line = f"{used.slope:.4f} p {used.intercept_kPa:+.2f} kPa"
-    text = f"Pressures: {used.file}, {line}" + (f"; {measured}" if measured else "")
+    text = f"Pressures: {used.said}, {line}" + (f"; {measured}" if measured else "")
     return page.paragraph(f"{text}.", "note")

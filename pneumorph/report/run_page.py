@@ -12,16 +12,25 @@ from typing import Any, Protocol, runtime_checkable
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.run_folder import SETTINGS, SUMMARY
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.goal import Goal
 from pneumorph.report import page
-from pneumorph.report.expert_words import expert_elsewhere
+from pneumorph.report.expert_words import Durations, durations_apart, expert_elsewhere
 from pneumorph.report.page import Section
-from pneumorph.report.physics_words import physics_of
+from pneumorph.report.physics_words import MEAN_OVER_WORLDS, physics_of
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.style import FIGURE_FILES, FigureFormat
-from pneumorph.report.verb_pages import EXPERT, PAGES, TRAINING, VerbPage, experts_numbers
+from pneumorph.report.verb_pages import (
+    EXPERT,
+    PAGES,
+    TRAINED_DISTANCE,
+    TRAINING,
+    HeadlineNumber,
+    VerbPage,
+    experts_numbers,
+)
 from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.baseline import BestPhase
 from pneumorph.study.finished_run import FinishedRun
@@ -141,8 +150,21 @@ def _headline(found: Any, run: FinishedRun, shown: VerbPage, goal: Goal) -> str:
         elsewhere = expert_elsewhere(run)
         numbers = experts_numbers(elsewhere) if elsewhere else EXPERT
         first += [(number, run.source.result(BestPhase)) for number in numbers]
-    written = [number.said(result, goal) for number, result in first]
+    compared = any(number.walker == "expert" for number, _ in first)
+    apart = durations_apart(run) if compared else None
+    written = [_named(number, run, apart).said(result, goal) for number, result in first]
     return page.numbers(dict(each for each in written if each is not None))
+
+
+def _named(number: HeadlineNumber, run: FinishedRun, apart: Durations | None) -> HeadlineNumber:
+    """A number with what it must be told with beside others: that it is a mean, and how long the
+    walks were where they are not equally long."""
+    mean = run.has_drawn_worlds and run.objective is not None and run.objective.is_robust
+    if number is TRAINED_DISTANCE and mean:
+        number = number.behind(MEAN_OVER_WORLDS)
+    if apart is None or not number.walker:
+        return number
+    return number.behind(apart.of_pairs if number.walker == "pair" else apart.of_expert)
 
 
 def _picture_sections(run: FinishedRun) -> list[Section]:
@@ -164,6 +186,9 @@ def _results_section(found: Any, run: FinishedRun) -> Section:
         if isinstance(value, str | int | float) and not isinstance(value, bool)
         if not (name == "distance_cm" and failed)
     ]
+    mass: RobotMass | None = getattr(found, "mass", None)
+    if mass is not None:
+        plain.append(("mass", mass.words))
     notes = found.notes if isinstance(found, Noted) else ()
     said = "".join(page.paragraph(note, "note") for note in notes)
     return Section("Results", page.table(["what", "value"], plain) + said)

@@ -14,7 +14,8 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.robot_shape import PlacedPart, RobotShape
 from pneumorph.geometry.simple_solids import cone_solid
 from pneumorph.report.ground_surface import GroundSurface, ground_surface
-from pneumorph.report.style import DISK_COLOUR, red_green_blue, regulator_colour
+from pneumorph.report.payload_mark import PayloadMark, payload_mark_of
+from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, red_green_blue, regulator_colour
 from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
@@ -137,7 +138,23 @@ class Actor:
         hub = self.trajectory.hub_position_mm[[0, -1]] + lane
         reach = np.hypot(*self.shape.hub_nodes_mm[:, :2].T).max(initial=0.0)
         side = np.array([reach, 0.0, 0.0])
-        return np.concatenate([corners.reshape(3, -1).T, hub - side, hub + side])
+        mark = self._mark_extent_mm() + lane
+        mark[:, 2] = np.maximum(mark[:, 2], low[2])  # a mast of a robot that lies in the floor
+        return np.concatenate([corners.reshape(3, -1).T, hub - side, hub + side, mark])
+
+    @cached_property
+    def mark(self) -> PayloadMark | None:
+        """How what it carries is drawn, in its frame; None where it carries nothing."""
+        return payload_mark_of(self.shape)
+
+    def _mark_extent_mm(self) -> np.ndarray:
+        """Return ends of what it carries in all frames, (point, 3)."""
+        if self.mark is None:
+            return np.zeros((0, 3))
+        hub = self.trajectory
+        way = hub.hub_rotation @ self.mark.place_mm + hub.hub_position_mm
+        way = way[np.isfinite(way).all(axis=1)]
+        return np.concatenate([way - self.mark.radius_mm, way + self.mark.radius_mm])
 
     def frame_at(self, time_s: float) -> int:
         """Return the last recorded frame at or before a time."""
@@ -147,9 +164,24 @@ class Actor:
     def corners(self, frame: int) -> np.ndarray:
         """Return all surface triangles in the world, legs first, (triangle, 3, 3) mm."""
         legs = [leg.nodes[frame][leg.triangles] for leg in self.legs]
-        hub = self._hub_corners @ self.trajectory.hub_rotation[frame].T
-        hub += self.trajectory.hub_position_mm[frame]
-        return np.concatenate([*legs, hub]) + np.array([0.0, self.lane_mm, 0.0])
+        lane = np.array([0.0, self.lane_mm, 0.0])
+        return np.concatenate([*legs, self._with_hub(self._hub_corners, frame)]) + lane
+
+    def mark_corners(self, frame: int) -> np.ndarray:
+        """Return the triangles of what it carries in the world, drawn over all of `corners`,
+        (triangle, 3, 3) mm."""
+        if self.mark is None:
+            return np.zeros((0, 3, 3))
+        return self._with_hub(self.mark.corners_mm, frame) + np.array([0.0, self.lane_mm, 0.0])
+
+    def mark_colours(self, frame: int) -> np.ndarray:
+        """Return the colour of each triangle of `mark_corners`, (triangle, 3) in 0..1."""
+        return np.tile(red_green_blue(INK_COLOUR), (len(self.mark_corners(frame)), 1))
+
+    def _with_hub(self, corners: np.ndarray, frame: int) -> np.ndarray:
+        """Return triangles of the hub's frame in the world, (triangle, 3, 3) mm."""
+        hub = self.trajectory
+        return np.asarray(corners @ hub.hub_rotation[frame].T + hub.hub_position_mm[frame])
 
     @cached_property
     def _hub_corners(self) -> np.ndarray:

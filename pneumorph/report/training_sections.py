@@ -12,7 +12,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.metrics import DRAWN, HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
-from pneumorph.report.expert_words import expert_elsewhere
+from pneumorph.report.expert_words import durations_apart, expert_elsewhere
 from pneumorph.report.learning_figures import (
     AS_IT_STANDS,
     entropy_figure,
@@ -38,9 +38,15 @@ def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Sec
     goal, achieved = found.goal, found.phases_achieved or found.distances_cm
     learned = _nominal(found) if isinstance(found, TrainingResult) else None
     figure = phase_figure(found.phases_deg, achieved, learned, goal)
-    caption = f"{found.baseline_design} under two sine waves, the second later by the phase."
+    caption = f"{found.baseline_design} under two sine waves, the second later by the phase"
+    apart = durations_apart(run)
+    if apart is not None:
+        caption += f"; what it achieves {apart.of_expert}"
+        caption += "" if learned is None else f", beside the learned pair {apart.of_pairs}"
     return [
-        Section("The expert's gait at every phase", sheet.drawn("phase_sweep", figure, caption))
+        Section(
+            "The expert's gait at every phase", sheet.drawn("phase_sweep", figure, f"{caption}.")
+        )
     ]
 
 
@@ -63,6 +69,10 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
     # Those that training saw; the best pairs of a fine-tuned run are later than the last of it.
     seen = (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS]
     labels = _labels(seen, found)
+    apart = durations_apart(run)
+    of_expert = AS_IT_STANDS if found.randomisation else ""
+    if apart is not None:
+        of_expert = f"{of_expert}, {apart.of_expert}".removeprefix(", ")
     rewards = reward_figure(
         metrics,
         HISTOGRAM_EDGES_CM,
@@ -71,7 +81,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         seen,
         plans_of(run.robot),
         found.goal,
-        AS_IT_STANDS if found.randomisation else "",
+        of_expert,
         labels,
     )
     body = page.side_by_side(
@@ -81,7 +91,8 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
             f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
             "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
             f"where training saw its best pairs.{_later(found, labels)}{_beginnings(found)}"
-            f"{_own_reward(found)}",
+            f"{_own_reward(found)}"
+            + ("" if apart is None else f" Robots of a round walk for {apart.pairs_s:.3g} s."),
         ),
         sheet.drawn(
             "entropy",
@@ -131,7 +142,7 @@ def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet)
     title = "The best pairs" + (f", by {found.ranked_by}" if found.ranked_by else "")
     beside: dict[str, Sequence[object]] = {}
     # A mean over worlds is not compared with the expert's walk in one of them.
-    drawn = bool(found.randomisation)
+    drawn, apart = bool(found.randomisation), durations_apart(run)
     if drawn and found.certificate is not None:
         nominal = {each.design: each.nominal for each in found.certificate.pairs}
         walked = [nominal.get(each.design) for each in found.pairs]
@@ -147,6 +158,7 @@ def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet)
         title,
         label=f"mean {found.goal.label}, worlds of the training" if drawn else "",
         beside=beside,
+        elsewhere="" if apart is None else apart.of_expert,
     )
 
 
@@ -155,6 +167,8 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
     learned, goal = run.source, found.goal
     compared = learned is not None and learned.verb in ("coopt", "demo")  # a search has no baseline
     baseline = learned.result(BestPhase) if learned is not None and compared else None
+    apart = durations_apart(run)
+    otherwise = [expert_elsewhere(run), "" if apart is None else apart.of_expert]
     rows = [
         (
             f"L{rank}",
@@ -178,7 +192,7 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
             baseline,
             "The best pairs of the run",
             Path(found.run),
-            elsewhere=expert_elsewhere(run),
+            elsewhere=", ".join(filter(None, otherwise)),
         ),
         Section("Walked again", page.table(header, rows)),
     ]
@@ -239,8 +253,8 @@ def _pair_sections(
         gait_folder: Of their gaits; None for the run's own.
         label: Of what they achieved; empty for that of the goal.
         beside: Further columns of their table, by header.
-        elsewhere: Where the expert walked, if that is not where the pairs did: then it only stands
-            beside them.
+        elsewhere: Where the expert walked, or how long, if that is not as the pairs did: then it
+            only stands beside them.
     """
     if not pairs:
         return []

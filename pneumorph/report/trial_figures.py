@@ -141,6 +141,7 @@ def transfer_gaits_figure(
     """
     regulators = max(Design.parse(each.design).highest_regulator for each in comparisons)
     columns = len(comparisons)
+    same_count = len({len(own) for own in trials}) == 1
     figure = new_figure(max(4.2, 2.9 * columns), 1.0 + 0.8 * regulators + 2.0)
     panels = figure.subplots(
         regulators + 1, columns, sharex=True, sharey="row", squeeze=False,
@@ -151,20 +152,23 @@ def transfer_gaits_figure(
         _draw_channels(panels[:regulators, column], pressures, labelled=column == 0)
         axes, counted = panels[-1, column], comparison.counted
         time_s, mean = counted.time_s, counted.measured.mean(axis=0)
-        axes.plot(time_s, counted.simulated, color=_SIMULATED, label="simulation")
+        simulated = axes.plot(time_s, counted.simulated, color=_SIMULATED, label="simulation")
         if len(counted.measured) > 1:
             spread = counted.measured.std(axis=0, ddof=1)
             axes.fill_between(time_s, mean - spread, mean + spread, color=_MEASURED, alpha=0.3,
                               linewidth=0)  # fmt: skip
         label = f"measured, {len(own)} trial{'s' if len(own) > 1 else ''}"
-        axes.plot(time_s, mean, color=_MEASURED, label=label)
+        (measured,) = axes.plot(time_s, mean, color=_MEASURED, label=label)
+        if column == 0 or not same_count:
+            # What simulations are drawn in is told once, how many trials there were of each.
+            axes.legend(
+                handles=[*simulated, measured] if column == 0 else [measured], loc="lower left",
+                bbox_to_anchor=(0.0, 0.98), ncols=2, fontsize=7, borderaxespad=0.1,
+            )  # fmt: skip
         zero_line(axes)
         axes.set_xlabel("time (s)")
         panels[0, column].set_title(f"{comparison.label}: {comparison.design}", pad=16)
     panels[-1, 0].set_ylabel(comparisons[0].counted.goal.axis)
-    panels[-1, 0].legend(
-        loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=2, fontsize=7, borderaxespad=0.1
-    )
     return figure
 
 

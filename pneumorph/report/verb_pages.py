@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.conversion import ConvertedFile
@@ -74,6 +74,7 @@ class HeadlineNumber:
         achieved: The attribute that tells the same of a goal other than forward, in its unit.
         of_goal: What follows the goal's label there; empty for what is no travel, and is shown
             alike whatever the goal.
+        walker: Whose walk it is of, and so how long that was; empty for what is no travel.
     """
 
     attribute: str
@@ -81,6 +82,11 @@ class HeadlineNumber:
     pattern: str = "{}"
     achieved: str = ""
     of_goal: str = ""
+    walker: Literal["", "pair", "expert"] = ""
+
+    def behind(self, words: str) -> HeadlineNumber:
+        """The same number with words behind what it is called."""
+        return replace(self, label=f"{self.label}, {words}", of_goal=f"{self.of_goal}, {words}")
 
     def said(self, found: Any, goal: Goal = FORWARD) -> tuple[str, str] | None:
         """Label and value as they are shown; None where the result has none."""
@@ -133,14 +139,17 @@ class VerbPage:
 
 
 def _certified(certificate: str) -> tuple[HeadlineNumber, ...]:
-    """Of the best pair in unseen worlds; ``certificate`` leads from the result to them."""
+    """Of the best pair in unseen worlds, where the expert walks as long as it; ``certificate``
+    leads from the result to them."""
     told = (
         ("median", "median distance of the best pair", "of the best pair, median"),
         ("tenth_percentile", "10th percentile", "of the best pair, 10th percentile"),
         ("expert_median", "the expert's median", "of the expert, median"),
     )
     return tuple(
-        HeadlineNumber(f"{certificate}{name}", label, "{:.1f} cm", f"{certificate}{name}", of_goal)
+        HeadlineNumber(
+            f"{certificate}{name}", label, "{:.1f} cm", f"{certificate}{name}", of_goal, "pair"
+        )
         for name, label, of_goal in told
     )
 
@@ -158,6 +167,7 @@ def experts_numbers(where: str = "in the world as it stands") -> tuple[HeadlineN
             "{:.1f} cm",
             "best_achieved_by_expert",
             f"of the expert's best phase {where}",
+            "expert",
         ),
         HeadlineNumber("baseline_best_phase_deg", "the expert's best phase there", "{:.0f}°"),
     )
@@ -171,7 +181,14 @@ _BEST_DISTANCE = HeadlineNumber(
     "{:.1f} cm",
     "best_achieved",
     "of the best pair",
+    "pair",
 )
+TRAINED_DISTANCE = replace(
+    _BEST_DISTANCE,
+    label="distance of the best pair in training",
+    of_goal="of the best pair in training",
+)
+"""In the worlds of a training: where designs walk in several each, the mean over them."""
 _BEST_DESIGN = HeadlineNumber("best_design", "best design")
 _MEASURED = HeadlineNumber("mean_distance_cm", "measured distance", "{:.1f} cm")
 _BEND_ERROR = HeadlineNumber("bend_error_percent", "bend error", "{:.1f} %")
@@ -186,13 +203,14 @@ TRAINING = VerbPage(
     (
         HeadlineNumber("certificate.best_design", "best design in unseen worlds"),
         *_certified("certificate."),
-        replace(_BEST_DISTANCE, label="distance of the best pair in training"),
+        TRAINED_DISTANCE,
         HeadlineNumber(
             "nominal_distance_cm",
             "the same in the world as it stands",
             "{:.1f} cm",
             "nominal_achieved",
             "of the best pair in the world as it stands",
+            "pair",
         ),
         *EXPERT,
         replace(_BEST_DESIGN, label="best design in training"),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report import page
-from pneumorph.report.frames_figure import frames_figure
+from pneumorph.report.frames_figure import frames_figure, has_ended
 from pneumorph.report.page import Section
 from pneumorph.report.plan import plan_of_walk
 from pneumorph.report.plan_view import plan_view_figure
@@ -88,11 +88,13 @@ def replay_section(
     times_s = [end_s * number / (_STILL_COUNT - 1) for number in range(_STILL_COUNT)]
     whole = all(each.status == "completed" for each in trajectories.values())
     ended = "" if whole else " or how it ended before its end"
+    shorter = any(has_ended(each, end_s) for each in actors)
+    pale = "; pale where a walk was over" if shorter else ""
     stills = sheet.drawn(
         _named("frames", group),
         frames_figure(actors, [round(each, 2) for each in times_s]),
         f"The robots at instants of their walk, with their {goal.label}{ended}; lines are 5 cm "
-        "apart.",
+        f"apart{pale}.",
     )
     return Section(_titled("Replay", group), replay + stills)
 

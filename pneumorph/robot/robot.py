@@ -28,6 +28,8 @@ class Hub:
         contact_points: Points that may touch the floor [mm], (point, 3).
         contact_surfaces: What they lie on; None for one surface without a name.
         mesh: Its shape in its frame, for drawing; None where it is not known.
+        payload_mm: Where what it carries lies in its frame, for drawing: mass and moments have it
+            in them [mm], (3,); None for nothing.
 
     Raises:
         ValueError: The mass is not positive, or an array has the wrong shape or is not finite.
@@ -40,6 +42,7 @@ class Hub:
     contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     contact_surfaces: ContactSurfaces | None = None
     mesh: Mesh | None = None
+    payload_mm: np.ndarray | None = None
 
     def __repr__(self) -> str:
         return f"Hub({1e3 * self.mass:.4g} g, {len(self.contact_points)} contact points)"
@@ -141,7 +144,7 @@ class Robot(ShownInNotebooks):
             )
             for mount, site in zip(self.mounts, sites, strict=True)
         ]  # fmt: skip
-        return RobotShape.of(self.hub.mesh, legs)
+        return RobotShape.of(self.hub.mesh, legs, self.hub.payload_mm)
 
     @cached_property
     def standing_points(self) -> np.ndarray:

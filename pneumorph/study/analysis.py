@@ -13,6 +13,7 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.result import in_cm, result_to_dict
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.friction_margin import FrictionMargin, friction_margin, point_contacts
@@ -132,6 +133,8 @@ class Analysis:
     calibration: UsedCalibration | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     notes: tuple[str, ...] = ()
     """Robots that left the range of their legs' snapshots."""
     goal: Goal = FORWARD

@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass, replace
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.goal import FORWARD, Goal
@@ -96,6 +97,8 @@ class Baseline(BestPhase):
     wall_s: float
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     notes: tuple[str, ...] = ()
 
 
@@ -106,7 +109,7 @@ def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -
     best = swept(spec, settings, folder)
     return Baseline(
         **vars(best),
-        **spec.describe(),
+        **spec.describe(design=settings.design),
         wall_s=time.monotonic() - start,
         notes=best.expert_notes,
     )

@@ -49,6 +49,16 @@ EXPERT = "B"
 """What the expert's robot is called, as in the paper."""
 
 
+def check_candidates(
+    candidates: Candidates, settings: CertificateSettings, spec: RobotSpec
+) -> None:
+    """Refuse what `certify_once` refuses before the first walk; arguments and errors as there."""
+    if settings.full:
+        spec.check_reduction()
+    spec.check_supply(pair.gait for pair in candidates.pairs)
+    check_worlds(spec, settings.randomisation)
+
+
 def certify_once(
     candidates: Candidates, settings: CertificateSettings, spec: RobotSpec, folder: RunFolder
 ) -> Certificate:
@@ -68,15 +78,12 @@ def certify_once(
             more than its supply has.
     """
     start = time.monotonic()
-    if settings.full:
-        spec.check_reduction()
+    check_candidates(candidates, settings, spec)
     task, seen, goal = candidates.task, candidates.seen, candidates.task.goal
     walkers = [
         Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
         for rank, pair in enumerate(candidates.pairs, start=1)
     ]
-    spec.check_supply(walker.gait for walker in walkers)
-    check_worlds(spec, settings.randomisation)
     folder.progress.stage("tuning the expert's phase")
     tuning = seen[: settings.tuning_world_count]
     # For as long as the pairs, whatever the run's own baseline lasts.
@@ -155,7 +162,7 @@ def certify_once(
         notes=(
             *own_task_notes(candidates.own_task, goal, trained=candidates.ranked_there),
             *idle_notes(spec, drawn),
-            *measured_notes(drawn),
+            *measured_notes(drawn, idle),
             *ranking_notes([pair.label for pair in certified], best, by_pairs, goal),
             *expert_notes(
                 expert_band,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -13,11 +13,17 @@ from pneumorph.study.certified_walks import FullOrderWalk
 from pneumorph.study.toppled_note import toppled_in_worlds_note
 
 
-def measured_notes(drawn: Randomisation) -> list[str]:
-    """What to say where worlds agree with tests of the robot, which the nominal world does not."""
-    if not drawn.measured:
+def measured_notes(drawn: Randomisation, idle: Collection[str] = ()) -> list[str]:
+    """What to say where worlds agree with tests of the robot, which the nominal world does not.
+
+    Args:
+        drawn: What the worlds are drawn from.
+        idle: Numbers that change nothing of the robot (`idle_numbers`): of their tests
+            `idle_notes` says so.
+    """
+    names = ", ".join(name for name, _, _ in drawn.measured if name not in idle)
+    if not names:
         return []
-    names = ", ".join(name for name, _, _ in drawn.measured)
     return [
         f"bands agree with the tests of {names}; what is said of the world as it stands (nominal "
         "distances, friction margins, finite elements) is of the robot before any test"
@@ -73,7 +79,7 @@ def pair_notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
                     f"the reduced robot to {reduced}{_chaos(each, goal)}"
                 )
     if not any(pair.full_order for pair in pairs):
-        notes.append("no pair walked as finite elements; --full makes them")
+        notes.append("no pair walked as finite elements; `pneumorph certify RUN --full` makes them")
     return notes
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.result import in_cm
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -178,3 +179,5 @@ class Certificate:
     rounds: tuple[CertifiedRound, ...] = ()
     """Where pairs walked as finite elements: the run's leg, then each that was reduced again."""
     goal: Goal = FORWARD
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""

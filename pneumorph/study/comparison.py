@@ -14,6 +14,7 @@ from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -141,6 +142,8 @@ class Comparison:
     reduced_s_per_step: float | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     notes: tuple[str, ...] = ()
 
     @property

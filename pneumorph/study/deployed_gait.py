@@ -16,6 +16,7 @@ from pneumorph.base.layers import changed_flags
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_lowered_pressure
@@ -159,6 +160,8 @@ class DeployedGait:
     """Mean over trials of what of the goal was achieved [its unit]."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     notes: tuple[str, ...] = ()
 
 
@@ -324,7 +327,7 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
         planned,
         model=settings.model,
         virtual_seed=settings.virtual.seed,
-        **robot.spec().describe(reduced=settings.model == "reduced"),
+        **robot.spec().describe(settings.model == "reduced", design),
     )
 
     def trial(number: int, name: str) -> TrialOutcome:

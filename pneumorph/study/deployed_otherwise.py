@@ -59,7 +59,7 @@ def _differing_flags(deployed: RobotOptions, simulated: RobotOptions) -> list[st
     other = bool(differ) or not same
     beside = layered(brought, [{"leg": deployed.leg}]) if other else simulated
     if deployed.masses != simulated.masses:
-        differ += changed_flags(beside, deployed, {"masses"})
+        differ += changed_flags(beside, deployed, {"masses": None})
     if not _same_file(deployed.part, simulated.part):
         differ.append("--part")
     return [_with_value(flag, deployed) for flag in differ]

@@ -16,7 +16,7 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trials, trial_folders
 from pneumorph.hardware.trial_comparison import check_length
-from pneumorph.physics.calibration import UsedCalibration
+from pneumorph.physics.calibration import NOT_CALIBRATED, UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.study.deployed_gait import SCHEDULE_FILE
 from pneumorph.study.finished_run import FinishedRun
@@ -83,10 +83,11 @@ class DeployedRobot:
         if np.allclose(lines[0], lines[1], rtol=SAME_LINE):
             return []
         (slope, intercept), (our_slope, our_intercept) = lines
+        by_ours = f"with {ours.said}" if ours.said != NOT_CALIBRATED else "without a calibration"
         return [
             f"{self.label} was deployed with {theirs.file} (slope {slope:.4g}, intercept "
-            f"{intercept:.4g} kPa), for which its pressures were converted, and is simulated with "
-            f"{ours.file} ({our_slope:.4g}, {our_intercept:.4g} kPa): these are not the commands "
+            f"{intercept:.4g} kPa), for which its pressures were converted, and is simulated "
+            f"{by_ours} ({our_slope:.4g}, {our_intercept:.4g} kPa): these are not the commands "
             f"that the simulation should have; --calibration {theirs.file} simulates it as deployed"
         ]
 

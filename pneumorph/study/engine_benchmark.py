@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -80,6 +81,8 @@ class EngineSpeed:
     leg: PartsSummary
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     robot_seconds_per_gflop: float | None = None
     """Simulated time of robots [s] in a second for each GFLOP/s, which compares time steps as well;
     None in files of earlier versions."""

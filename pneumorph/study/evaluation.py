@@ -14,6 +14,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -123,6 +124,8 @@ class Evaluation:
     """How the pairs fare in other worlds, where that was asked for."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of it that pair achieved; None as there."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from pneumorph.catalogue.calibration_check import RELATIVE_TO, relative_to
+from pneumorph.catalogue.idle_numbers import reasons_of_idle
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import Calibration
 from pneumorph.study.bench_readings import (
@@ -44,6 +47,7 @@ def with_bench(
         )
     for told in one_leg_notes(readings):
         say(told)
+    idle = reasons_of_idle(spec, measured_worlds())
     for name, (value, deviation) in found.items():
         if (before := calibration.measured.get(name)) is not None:
             say(
@@ -51,13 +55,20 @@ def with_bench(
                 "all readings in one file to have them count together"
             )
         say(f"measured {name}: {value:.4g} +- {deviation:.2g}")
+        if name in idle:
+            say(
+                f"the test of {name} changes nothing of this robot in worlds that are drawn as "
+                f"usual: {idle[name]}"
+            )
         if (note := beyond_usual_worlds(name, value, deviation)) is not None:
             say(note)
-    return replace(
-        calibration,
-        measured={**calibration.measured, **found},
-        source={**calibration.source, "bench": provenance(bench, spec)},
+    measured = {**calibration.measured, **found}
+    earlier = calibration.source.get("bench", {}).get(RELATIVE_TO, {})
+    legs = {name: leg for name, leg in earlier.items() if name in measured} | relative_to(
+        found, spec.modules
     )
+    said = provenance(bench, spec) | ({RELATIVE_TO: legs} if legs else {})
+    return replace(calibration, measured=measured, source={**calibration.source, "bench": said})
 
 
 def without_modulus(calibration: Calibration, say: Callable[[str], None]) -> Calibration:

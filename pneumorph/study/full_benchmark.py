@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.fem.body_equations import linearly_implicit_equations
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_robot import FullRobot
@@ -77,6 +78,8 @@ class StepTimes:
     calibration: UsedCalibration | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
 
 
 def bench_full(

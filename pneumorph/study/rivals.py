@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class Contender:
         method: ``learned``, ``uniform``, ``by_hand`` or a search's.
         seed: Of the training beside which it stands.
         timesteps: Actions of all robots that were spent on it.
-        wall_s: Wall time of that [s].
+        wall_s: Wall time of that [s]; of a training without its baseline and its certificate.
         design: The design.
         gait: The gait.
         gait_file: Where its gait lies; None of the expert's.
@@ -117,7 +117,7 @@ def learned(run: FinishedRun) -> Contender:
         "learned",
         result.seed,
         learned_timesteps(run),
-        result.wall_s,
+        result.training_wall_s + (result.finetuning_wall_s or 0.0),
         pair.design,
         pair.gait,
         run.folder / pair.gait_file,
@@ -144,7 +144,7 @@ def uniform(
     """The best of some designs with the expert's gait, chosen as the training chose its pairs.
 
     All walk at every phase in a few of the worlds that the training ranked its pairs in, the best
-    of them in all of these worlds.
+    of them in all of these worlds, for as long as the pairs do.
 
     Args:
         run: The training.
@@ -153,13 +153,18 @@ def uniform(
         work: Keeps what was found.
     """
     place = study_folder(work / run.digest() / "uniform", "search")
+    usual = _lasting(run)
+    asked: dict[str, Any] = {
+        "run": str(run.folder),
+        "designs": list(designs),
+        "phases_deg": list(phases_deg),
+    }
+    if usual != run.baseline.gait:  # earlier versions had the baseline's duration
+        asked["duration_s"] = usual.duration_s
     found = study_once(
-        place,
-        UniformRobot,
-        {"run": str(run.folder), "designs": list(designs), "phases_deg": list(phases_deg)},
-        lambda: _best_uniform(run, designs, phases_deg, place),
+        place, UniformRobot, asked, lambda: _best_uniform(run, designs, phases_deg, place)
     )
-    gait = replace(run.baseline.gait, phase_deg=found.phase_deg)
+    gait = replace(usual, phase_deg=found.phase_deg)
     return Contender(
         "uniform",
         run.of_summary("seed", int),
@@ -172,14 +177,20 @@ def uniform(
     )
 
 
+def _lasting(run: FinishedRun) -> ExpertGait:
+    """The expert's gait for as long as the training's pairs walk, whatever its baseline lasts."""
+    return replace(run.baseline.gait, duration_s=run.pairs(1)[0].gait.duration_s)
+
+
 def _best_uniform(
     run: FinishedRun, designs: Sequence[str], phases_deg: Sequence[float], folder: RunFolder
 ) -> UniformRobot:
     start, objective = time.monotonic(), run.objective or Objective()
     seed, settings = run.of_summary("seed", int), CertificateSettings()
     worlds, _ = worlds_of_training(objective, worlds_of(run), seed, settings)
+    usual = _lasting(run)
     asked = [
-        (Design.parse(design), replace(run.baseline.gait, phase_deg=phase))
+        (Design.parse(design), replace(usual, phase_deg=phase))
         for design in designs
         for phase in phases_deg
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -27,7 +27,9 @@ from pneumorph.environment.equal_grounds import check_equal_grounds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.walk import walk
 from pneumorph.learn.cooptimise import POLICY_FILE
+from pneumorph.learn.demonstrations import known_pair
 from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
 from pneumorph.learn.genetic_algorithm import GeneticAlgorithm, GeneticSettings
@@ -55,6 +57,8 @@ from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 _GAITS_OF_EACH_DESIGN = 960
 _TIMESTEPS = 1_000_000
+_PAIRS_OF_RUN = 5
+"""Best pairs of a run whose designs are searched."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +114,9 @@ def search(
         robot: What walks.
         folder: Receives ``search.jsonl``, ``learning_curve.json`` and the best gaits; a search that
             is there already goes on.
-        learned: A coopt run whose best designs are searched as well and whose policy stands beside;
-            task, space and objective of the settings must be its own.
+        learned: A coopt run whose best designs are searched as well and whose policy and pairs
+            stand beside, in the same worlds as what is found; task, space and objective of the
+            settings must be its own.
         randomisation: What worlds are drawn from where the objective asks for several; None for
             those of the measured physics.
 
@@ -128,9 +133,10 @@ def search(
     for told in own_task:
         folder.progress.say(told)
     robot.check_space(space)
-    check_equal_designs(space, task.goal)
-    check_equal_starts(space, robot.physics.start)
-    check_equal_grounds(space, robot.physics)
+    poses = [site.pose for site in robot.sites]
+    check_equal_designs(space, task.goal, poses=poses)
+    check_equal_starts(space, robot.physics.start, poses)
+    check_equal_grounds(space, robot.physics, poses)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     say_unseen_pressure(robot, task.maximum_pressure_kPa, folder.progress.say)
     objective, worlds = settings.objective, None
@@ -138,8 +144,8 @@ def search(
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation
         check_worlds(robot, drawn)
-        idle = idle_notes(robot, drawn)
         agreeing = robot.agreeing_worlds(drawn)
+        idle = idle_notes(robot, agreeing)
         worlds = TrainingWorlds.of_objective(agreeing, objective, objective.worlds_per_design)
     environment = CrawlingEnvironment(
         space.some(settings.environment_count),
@@ -153,6 +159,8 @@ def search(
     designs = _designs(settings, learned) if gaits else {}
     # Before the search, which takes hours: a run that lost its policy ends here.
     by_policy = _policy_pairs(environment, space, learned, list(designs), folder, objective)
+    action_s = task.action_step_count * robot.physics.time_step_s
+    own = _own_pairs(environment, space, learned, list(designs), action_s, folder, objective)
     folder.progress.stage(f"searching ({settings.method})")
     found = run_search(
         _searcher(settings, list(designs)),
@@ -162,17 +170,17 @@ def search(
         folder.path,
         objective=objective,
         finalist_count=max(settings.finalist_count, len(designs)),
+        every_design=gaits,
         description=_description(settings, robot, list(designs), worlds),
         progress=folder.progress,
     )
-    action_s = task.action_step_count * robot.physics.time_step_s
     _write_curve(folder, found, action_s, task.goal)
     gait_files = _GaitFiles(folder, space, task, action_s)
     pairs: tuple[FoundPair, ...] | None = None
     rows: tuple[DesignsBestGait, ...] | None = None
     if gaits:
         walked = [pair for design in designs if (pair := found.best.get(design)) is not None]
-        rows = _rows(designs, found, gait_files, by_policy, learned)
+        rows = _rows(designs, found, gait_files, by_policy, own)
         best: FoundPair | None = max(rows, key=_score)
     else:
         walked = found.ranked(space, task.reward.is_symmetric)[: settings.kept_pair_count]
@@ -191,6 +199,7 @@ def search(
         notes=(
             *own_task,
             *idle,
+            *_of_same_worlds(own, objective),
             *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
             *_range_notes(robot, space, task, walked),
         ),
@@ -267,7 +276,8 @@ def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int,
     usual = Design.parse(settings.usual_design)
     asked = [(str(usual), "expert's design")] if _is_one_of(space, usual) else []
     if learned is not None:
-        asked += [(str(pair.design), f"L{rank}") for rank, pair in enumerate(learned.pairs(5), 1)]
+        pairs = learned.pairs(_PAIRS_OF_RUN)
+        asked += [(str(pair.design), f"L{rank}") for rank, pair in enumerate(pairs, 1)]
     asked += [(design, "asked for") for design in settings.designs]
     for text, why in asked:
         chosen.setdefault(space.index(Design.parse(text)), why)
@@ -330,6 +340,43 @@ def _policy_pairs(
     return {pair.design: pair for pair in pairs}
 
 
+def _own_pairs(
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    learned: FinishedRun | None,
+    designs: list[int],
+    action_s: float,
+    folder: RunFolder,
+    objective: Objective,
+) -> dict[int, DesignGaitPair]:
+    """The run's best pairs by their designs, with what they achieve where the search judges: the
+    worlds of the run may have been others."""
+    if learned is None or not designs:
+        return {}
+    folder.progress.stage("walking the run's pairs")
+    task, pairs = environment.task, []
+    for rank, pair in enumerate(learned.pairs(_PAIRS_OF_RUN), 1):
+        try:
+            pairs.append(known_pair(pair.gait, pair.design, space, task, action_s, "policy"))
+        except ValueError as error:  # of a task with lower pressures, say
+            folder.progress.say(f"L{rank} of the run does not walk beside the search: {error}")
+    # In one world there is nothing to repeat.
+    judged = objective if objective.is_robust else replace(objective, evaluation_worlds=1)
+    return best_of_each_design(pairs, environment, space, judged)
+
+
+def _of_same_worlds(own: Mapping[int, DesignGaitPair], objective: Objective) -> tuple[str, ...]:
+    """What to say of the run's pairs beside the gaits that were found."""
+    if not own:
+        return ()
+    several = f"in the same {objective.evaluation_worlds} worlds"
+    where = several if objective.is_robust else "in the world as it stands"
+    return (
+        f"own gait, shared policy and fine-tuned policy of a design are {where}: the run's pairs "
+        "walked again there",
+    )
+
+
 @dataclass(frozen=True)
 class _GaitFiles:
     folder: RunFolder
@@ -352,14 +399,12 @@ def _rows(
     found: SearchResult,
     gait_files: _GaitFiles,
     by_policy: Mapping[int, DesignGaitPair],
-    learned: FinishedRun | None,
+    of_run: Mapping[int, DesignGaitPair],
 ) -> tuple[DesignsBestGait, ...]:
-    pairs = [] if learned is None else learned.pairs(5)
-    by_design = {str(pair.design): pair for pair in pairs}
     rows = []
     for design, why in designs.items():
         best = gait_files.write(design, found.best.get(design))
-        policy, own = by_policy.get(design), by_design.get(best.design)
+        policy, own = by_policy.get(design), of_run.get(design)
         rows.append(
             DesignsBestGait(
                 **asdict(best),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pneumorph.base.artefact import read_json, reading
 from pneumorph.base.result import in_cm, result_from_dict
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.learn.search_run import CURVE_FILE
 from pneumorph.physics.calibration import UsedCalibration
@@ -41,7 +42,8 @@ class DesignsBestGait(FoundPair):
     policy_distance_cm: float | None
     """How far the learned run's one policy carries the design, without noise [cm forward]."""
     learned_distance_cm: float | None
-    """How far the run's own pair came, with the policy that was fine-tuned for it [cm forward]."""
+    """How far the run's own pair comes in the worlds of the search, with the gait of the policy
+    that was fine-tuned for it [cm forward]; in files of earlier versions in those of its run."""
     policy_achieved: float | None = None
     """What of the goal that policy achieves [its unit]."""
     learned_achieved: float | None = None
@@ -88,6 +90,8 @@ class SearchFindings:
     """Of a search of designs and gaits together: the best, the highest score first."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of the goal the best pair achieved; None in files of earlier versions."""

@@ -64,7 +64,8 @@ class SearchOptions:
 
     @property
     def taken_over(self) -> TakenOver | None:
-        """Robots, task, space, objective and worlds of the run; None without one.
+        """Robots, task, space, objective, worlds and seed of the run; None without one. By its seed
+        the worlds of an evaluation are those that the run ranked its pairs in.
 
         Raises:
             ArtefactError: The run is damaged.
@@ -78,6 +79,8 @@ class SearchOptions:
             "objective": settings_to_dict(learned.objective or Objective()),
             "usual_design": learned.settings.get("baseline", {}).get("design", BASELINE_DESIGN),
         }
+        if "seed" in learned.summary:
+            asked["seed"] = learned.of_summary("seed", int)
         return learned.handed_on(
             {**learned.taken_over("robot", "randomisation"), "search": asked},
             "leg, physics, worlds, task and designs",

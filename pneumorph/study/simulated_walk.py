@@ -12,6 +12,7 @@ from pneumorph.base.checked import Checked, Count
 from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.goal import FORWARD, Goal
@@ -94,6 +95,8 @@ class SimulatedWalk:
     """Whether a browser has seen the walk to its end; None where it was not shown live."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     goal: Goal = FORWARD
     """Of the run that the gait is from; forward where none says."""
     achieved: float | None = None
@@ -167,7 +170,7 @@ def simulate(
         simulated_s=float(trajectory.time_s[-1]),
         mean_contact_count=float(trajectory.contact_count.mean()),
         trajectory=str(path),
-        **robot.describe(reduced=settings.model == "reduced"),
+        **robot.describe(settings.model == "reduced", source.design),
         contact=_read(ContactReport, told.get("contact")),
         steps=_read(StepReport, told.get("steps")),
         reason=told.get("reason"),

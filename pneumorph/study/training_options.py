@@ -350,10 +350,11 @@ def train_as_asked(
     worlds = TrainingWorlds.of_objective(drawn, options.coopt.objective, options.world_count)
     certificate = None
     if options.certified_world_count or options.certify:
+        count = options.certified_world_count or CertificateSettings.world_count
         certificate = CertificateSettings(
             pair_count=options.coopt.kept_pair_count,
-            world_count=options.certified_world_count or CertificateSettings.world_count,
-            tuning_world_count=min(24, max(1, options.certified_world_count // 6)),
+            world_count=count,
+            tuning_world_count=min(24, max(1, count // 6)),
             full=options.certify,
             rounds=options.rounds,
             randomisation=drawn,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pneumorph.base.run_folder import TRAINING_FOLDER
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.learn.coopt_result import CooptResult, SeenPair
 from pneumorph.learn.settings import CooptSettings
@@ -89,6 +90,8 @@ class TrainingResult(BestPhase):
     """Distributions of the worlds it was trained in; None for one world."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     ranked_by: str | None = None
     """What the scores of the pairs are, where designs walked in several worlds each or something is
     taken off for how they walk; None for the distance in one world."""

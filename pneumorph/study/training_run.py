@@ -94,7 +94,8 @@ def run_training(
     checked = _check(settings, spec, folder, resume, worlds, baseline, certificate)
     name = None if own_task is None else task_name(own_task)
     if keeps_usual_reward(own_task) or settings.sided_reward:
-        check_equal_designs(settings.space, settings.task.goal, settings.sided_reward)
+        poses = [site.pose for site in spec.sites]
+        check_equal_designs(settings.space, settings.task.goal, settings.sided_reward, poses)
     elif settings.space.symmetries:
         folder.progress.say(
             f"{name} is taken to reward designs alike that count as one by designs.same of the "
@@ -252,8 +253,9 @@ def _check(
         if each is not None:
             check_worlds(spec, each.randomisation)
     settings.space.check_images()
-    check_equal_starts(settings.space, spec.physics.start)
-    check_equal_grounds(settings.space, spec.physics)
+    poses = [site.pose for site in spec.sites]
+    check_equal_starts(settings.space, spec.physics.start, poses)
+    check_equal_grounds(settings.space, spec.physics, poses)
     randomised = None if worlds is None else worlds.randomisation
     redrawn = randomised is not None and randomised.ground_roughness_mm != "0"
     told = (

@@ -12,6 +12,7 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import SUMMARY, RunFolder
+from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.hardware.marker_track import VideoSettings
@@ -113,6 +114,8 @@ class Transfer:
     """The reduced leg; None for finite elements."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    mass: RobotMass | None = None
+    """What they weigh; None in files of earlier versions."""
     goal: Goal = FORWARD
     """What counts of the robots' motion: what the last one was taught."""
     simulated_achieved: float | None = None

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import pytest
 import tyro
 
-from pneumorph.base.layers import given_flags, layered
+from pneumorph.base.layers import changed_flags, given_flags, layered
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,16 @@ class Car:
     lights_on: bool = True
     front: Motor = field(default_factory=Motor)
     rear: Annotated[Motor, tyro.conf.arg(name="")] = field(default_factory=Motor)
+
+
+@dataclass(frozen=True)
+class Lorry:
+    axles: int = 2
+    front: Motor = field(default_factory=Motor)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
+        return {"axles": 3} if content["front"].get("kind") == "large" else {}
 
 
 def given(command: str, default: Car | None = None) -> dict[str, Any]:
@@ -69,6 +79,22 @@ def test_a_choice_brings_what_it_implies_just_below_its_own_layer() -> None:
 def test_unknown_names_are_refused_in_every_layer() -> None:
     with pytest.raises(ValueError, match=r"unknown setting front\.sped: did you mean speed"):
         layered(Car(), [{"front": {"sped": 1.0}}, {"front": {"speed": 1.0}}])
+
+
+def test_what_is_no_table_is_refused_where_a_group_is_expected() -> None:
+    """Before what it implies is asked for, which reads it as one."""
+    for wrong in ("large", 3, None, ["large"]):
+        with pytest.raises(ValueError, match="front: expected a table of kind, mass_kg, speed, go"):
+            layered(Lorry(), [{"front": wrong}])
+    assert layered(Lorry(), [{"front": {"kind": "large"}}]).axles == 3
+
+
+def test_flags_that_differ_are_told_of_what_settings_have() -> None:
+    low, high = Car(), Car(seats=(2,), front=Motor(mass_kg=0.2, speed=2.0))
+    assert changed_flags(low, high) == ["--seats", "--front.mass-kg", "--front.speed"]
+    assert changed_flags(low, high, {"front": {"speed": 1.0}}) == ["--front.speed"]
+    assert changed_flags(low, high, {"front": None}) == ["--front.mass-kg", "--front.speed"]
+    assert changed_flags(low, high, {}) == []
 
 
 def test_a_flag_counts_whatever_its_value() -> None:

@@ -102,7 +102,7 @@ def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Pa
     assert found.median == best.band.median
     assert found.tests == tuple(sorted(found.tests, key=lambda each: -each.narrowing))
     assert {each.number for each in found.tests} >= {"damping_factor", "mass_factor"}
-    assert "--full makes them" in found.notes[-1]
+    assert "`pneumorph certify RUN --full` makes them" in found.notes[-1]
     assert source.objective is not None
     training = json.loads((learned / "summary.json").read_text())
     assert training["ranked_by"] == "mean over the worst 25 % of 4 worlds"
@@ -218,7 +218,7 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     assert [each.full for each in walks] == [10.0, -10.0, -10.0]
     assert sum("as finite elements in the world as it stands" in note for note in found.notes) == 2
     assert sum("as finite elements in the world number" in note for note in found.notes) == 2
-    assert not any("--full makes them" in note for note in found.notes)
+    assert not any("`pneumorph certify RUN --full` makes them" in note for note in found.notes)
 
 
 def test_a_calibrations_tests_narrow_the_worlds(learned: Path, tmp_path: Path) -> None:

@@ -353,9 +353,19 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
     assert said in capsys.readouterr().err.splitlines()
     summaries = list(tmp_path.glob("out*/summary.json"))
     assert json.loads(summaries[0].read_text())["taken_over_from"] == str(folder)
-    asked(f"evaluate {folder} --physics.damping published --physics.friction 1.2 --pair-count 1")
+    anew = "--physics.damping published --physics.friction 1.2 --pair-count 1 --record"
+    asked(f"evaluate {folder} {anew} --randomize")
     # What is said anew counts where it differs, and where the run has a say.
-    assert f"{said}, but not --physics.damping" in capsys.readouterr().err.splitlines()
+    assert f"{said} (yours: --physics.damping)" in capsys.readouterr().err.splitlines()
+    options = replace(
+        TrainingOptions(), randomize=True, randomisation=Randomisation(friction="0.4")
+    )
+    drawn = write_run(tmp_path / "drawn", "coopt", options)
+    for command in ("certify {} --world-count 8", "evaluate {} --record"):
+        asked(f"{command.format(drawn)} --randomisation.friction 0.3")
+        told = capsys.readouterr().err.splitlines()
+        line = next(each for each in told if each.startswith("leg, physics and worlds of"))
+        assert line.endswith(" (yours: --randomisation.friction)")
     asked(f"evaluate {folder} --afresh")
     assert "leg and physics" not in capsys.readouterr().err
     asked(f"search --run {folder}")

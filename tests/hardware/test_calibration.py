@@ -21,7 +21,7 @@ from pneumorph.hardware.bend_test import MonotoneBend, equal_bend_pairs, read_be
 from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.measured_table import read_measured_table
 from pneumorph.physics.air import Air
-from pneumorph.physics.calibration import Calibration, describe_calibration
+from pneumorph.physics.calibration import Calibration, UsedCalibration, describe_calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 
@@ -162,6 +162,17 @@ def test_a_calibration_reads_back_and_is_applied(tmp_path: Path) -> None:
     # What was not measured stays.
     partial = Calibration(PressureMap(3.8, -18.0)).applied_to(Physics())
     assert partial.friction == Physics().friction
+
+
+def test_what_was_not_calibrated_is_said_to_be_so() -> None:
+    """Summaries of earlier versions named the run's own settings, as if they had been measured."""
+    used = describe_calibration(None, PressureMap(1.0, 0.0))
+    assert used.file == used.said == "not calibrated"
+    earlier = UsedCalibration("the run's own settings", 1.0, 0.0)
+    assert earlier.said == "not calibrated"
+    assert describe_calibration(None, PressureMap()).said == "the published line"
+    line = PressureMap(3.8, -18.0)
+    assert describe_calibration(Calibration(line), line).said == "a calibration without a file"
 
 
 def test_a_calibration_with_air_brings_its_law(tmp_path: Path) -> None:

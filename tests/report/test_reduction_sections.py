@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -43,3 +44,19 @@ def test_each_module_has_its_bend(count: int) -> None:
         assert reduced.get_ydata()[-1] == 19.0 - number
         assert (f"leg {number}" if count > 1 else "the leg") in caption
         assert caption in section.body
+
+
+def test_a_table_of_several_legs_has_no_whole_digest() -> None:
+    """It would be as wide as the page, and leave no room for the second leg's numbers."""
+    first = replace(
+        example(PartsSummary), bend=None, silicone="rubber", mesh_digest="ab" * 32, digest="12" * 32
+    )
+    second = replace(first, part="twin", mesh_digest="cd" * 32, digest="34" * 32)
+    older = replace(first, part="old", digest=None)
+    leg = replace(first, others={"twin": second, "old": older})
+    unused: Any = None
+    (section,) = leg_sections(replace(example(Baseline), leg=leg), unused, unused)
+    for digits in ("ab" * 6, "12" * 6, "cd" * 6, "34" * 6):
+        assert f"<td>{digits}</td>" in section.body
+    cells = re.findall("<td[^>]*>([^<]*)</td>", section.body)
+    assert max(map(len, cells)) < 40

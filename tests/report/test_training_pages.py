@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pytest
@@ -41,7 +43,11 @@ def found() -> TrainingResult:
 
 
 class Run:
-    """What the table asks of a run whose gaits are not there."""
+    """What sections ask of a run whose gaits are not there, and that does not tell how long walks
+    are."""
+
+    settings: Mapping[str, Any] = MappingProxyType({})
+    source = None
 
     def design(self, place: str, regulator_count: int | None = None) -> None: ...
 
@@ -78,9 +84,9 @@ def test_the_sweep_shows_the_learned_pair_in_the_same_world(
             return ""
 
     sheet: Any = Sheet()
-    unused: Any = None
-    told.sweep_sections(found, unused, sheet)
-    told.sweep_sections(replace(found, replayed_distance_cm=None), unused, sheet)
+    run: Any = Run()
+    told.sweep_sections(found, run, sheet)
+    told.sweep_sections(replace(found, replayed_distance_cm=None), run, sheet)
     assert [learned for _, _, learned, _ in drawn] == [17.75, 12.25]
 
 
@@ -110,7 +116,7 @@ def test_a_design_is_called_the_same_wherever_it_is_on_a_page(
             titles = [axes.get_title(loc="center") for axes in figure.axes]
             return " | ".join([*titles, *texts, caption])
 
-    class TrainedRun:
+    class TrainedRun(Run):
         folder, robot = Path(), None
 
     run: Any = TrainedRun()

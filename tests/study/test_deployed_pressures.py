@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.physics.calibration import UsedCalibration
+from pneumorph.physics.calibration import NOT_CALIBRATED, UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.study.deployed_robot import DeployedRobot
 
@@ -37,6 +37,8 @@ def test_pressures_for_another_calibration_are_told(tmp_path: Path) -> None:
     )
     assert "simulated with the published line (4.079, -20.36 kPa)" in told
     assert "--calibration runs/c/calibration.json" in told
+    (told,) = notes_of(tmp_path, THEIRS, replace(OURS, file=NOT_CALIBRATED, slope=1.0))
+    assert "and is simulated without a calibration (1, -20.36 kPa)" in told
 
 
 @pytest.mark.parametrize(

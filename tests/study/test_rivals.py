@@ -108,13 +108,13 @@ def test_the_best_uniform_robot_is_chosen_as_the_training_chose(
     """Counted anew: of so few, each walks in all of the training's worlds."""
     designs, phases = ("1.0.0.2.2.0.0.1", "0.1.0.2.0.1.0.0"), (0.0, 90.0)
     best = uniform(turning, designs, phases, tmp_path)
-    objective = turning.objective
+    objective, lasting = turning.objective, turning.pairs(1)[0].gait.duration_s
     assert isinstance(objective, Objective)
     worlds, _ = worlds_of_training(objective, worlds_of(turning), 0, CertificateSettings())
     scores = {}
     for design in designs:
         for phase in phases:
-            gait = replace(turning.baseline.gait, phase_deg=phase)
+            gait = replace(turning.baseline.gait, phase_deg=phase, duration_s=lasting)
             achieved, *_ = walks_in_worlds(
                 turning.spec(), [Design.parse(design)], [gait], worlds,
                 turning.task.settling_step_count, RunFolder(tmp_path, "walks"), turning.goal,
@@ -125,3 +125,24 @@ def test_the_best_uniform_robot_is_chosen_as_the_training_chose(
     # Kept: the same call walks nothing.
     again = uniform(turning, designs, phases, tmp_path)
     assert again.wall_s == best.wall_s
+
+
+def test_uniform_robots_walk_for_as_long_as_the_pairs(turning: FinishedRun, tmp_path: Path) -> None:
+    """As the expert of a certificate does, whatever the run's own baseline lasts."""
+    lasting = turning.pairs(1)[0].gait.duration_s
+    best = uniform(turning, ["1.0.0.2.2.0.0.1"], [0.0], tmp_path)
+    assert best.gait.duration_s == lasting != turning.baseline.gait.duration_s
+    # One that an earlier version kept, of the baseline's duration, is not taken for it.
+    (kept,) = tmp_path.glob("*/uniform/settings.json")
+    asked = json.loads(kept.read_text())
+    assert asked.pop("duration_s") == lasting
+    kept.write_text(json.dumps(asked))
+    with pytest.raises(ValueError, match=r"other settings \(duration_s is None there"):
+        uniform(turning, ["1.0.0.2.2.0.0.1"], [0.0], tmp_path)
+
+
+def test_what_learning_took_is_without_its_certificate(turning: FinishedRun) -> None:
+    """Which searches have not either; the training's own time has it."""
+    certified = {**turning.summary, "wall_s": turning.of_summary("wall_s", float) + 1e4}
+    took = learned(replace(turning, summary=certified)).wall_s
+    assert 0.0 < took == learned(turning).wall_s < turning.of_summary("wall_s", float)

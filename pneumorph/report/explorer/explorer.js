@@ -112,9 +112,13 @@ const pneumorphExplorer = (() => {
       return `${box}<text x="${x}" y="${-y + 0.36 * size}" fill="#fff" font-size="${size}"`
         + ` text-anchor="middle">${text}</text>`;
     });
+    const { payload } = data.plan;
+    const carried = payload ? `<polyline points="${points(payload.line)}" stroke="${data.ink}"`
+      + ` stroke-width="3"/><polygon class="payload" points="${points(payload.ball)}"`
+      + ` fill="${data.ink}" stroke="#fff" stroke-width="3" paint-order="stroke"/>` : "";
     return `<svg viewBox="${-half} ${-half} ${2 * half} ${2 * half}" role="img" aria-label="plan view">`
       + legs.join("") + `<polygon points="${points(data.plan.hub)}" fill="${data.colours[0]}"/>`
-      + `<path d="M-30 0H30M16 -10L30 0L16 10" fill="none" stroke="${data.ink}" stroke-width="4"/></svg>`;
+      + `<path d="M-30 0H30M16 -10L30 0L16 10" fill="none" stroke="${data.ink}" stroke-width="4"/>${carried}</svg>`;
   }
 
   const fixed = (value, digits) => value === null ? NONE : value.toFixed(digits);

@@ -90,8 +90,8 @@ def explorer_data(
 
 
 def _plan(space: DesignSpace, plan_of: PlanOf) -> dict[str, Any]:
-    """Outlines of the hub, of each module at each location and of where its chambers are, as lists
-    of x and y [mm]."""
+    """Outlines of the hub, of what it carries, of each module at each location and of where its
+    chambers are, as lists of x and y [mm]."""
 
     def corners(outline: np.ndarray) -> list[list[float]]:
         listed: list[list[float]] = np.round(outline, 1).tolist()
@@ -110,6 +110,9 @@ def _plan(space: DesignSpace, plan_of: PlanOf) -> dict[str, Any]:
     every = [plan for of_kind in alone for plan in of_kind.values()]
     return {
         "hub": corners(every[0].hub_mm),
+        "payload": None
+        if (carried := every[0].payload) is None
+        else {"line": corners(carried.line_mm), "ball": corners(carried.outline_mm)},
         "legs": [
             {
                 kind: {

@@ -87,15 +87,20 @@ def replay_fragment(
     return player_of(replay_data(actors, settings))
 
 
-def player_of(data: dict[str, Any]) -> str:
+def player_of(data: dict[str, Any], told: str = "") -> str:
     """Return the HTML of a player of `replay_data`, for a page that holds `replay_assets` once.
 
     A page may as well mount players itself:
     ``pneumorphReplay.mount(element, data, {robots: [17]})`` shows some of the robots of ``data``.
+
+    Args:
+        data: The robots.
+        told: What is said once of all of them.
     """
+    options = f", {script_json({'told': told})}" if told else ""
     return (
         '<div class="pneumorph-replay"></div><script>pneumorphReplay.mount('
-        f"document.currentScript.previousElementSibling, {script_json(data)});</script>"
+        f"document.currentScript.previousElementSibling, {script_json(data)}{options});</script>"
     )
 
 

@@ -186,6 +186,21 @@ def _described(actor: Actor) -> dict[str, Any]:
         **_ground(actor),
         "hub_nodes_mm": array(actor.shape.hub_nodes_mm, "<f4"),
         "hub_triangles": array(actor.shape.hub_triangles, "<u4"),
+        **_payload(actor),
+    }
+
+
+def _payload(actor: Actor) -> dict[str, Any]:
+    """The mark of what its hub carries; nothing where it carries nothing."""
+    mark = actor.mark
+    if mark is None:
+        return {}
+    return {
+        "payload": {
+            "place_mm": mark.place_mm.tolist(),
+            "radius_mm": mark.radius_mm,
+            "corners_mm": array(mark.corners_mm, "<f4"),
+        }
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pneumorph.base.run_folder import SUMMARY, RunFolder
@@ -29,7 +29,7 @@ class ReplayedMotions:
     page: str
     page_bytes: int
     robots: tuple[str, ...]
-    """Labels, without the physics."""
+    """Labels, without designs and physics."""
     frames: tuple[int, ...]
     """Frames that were kept of each robot."""
     mode_counts: tuple[int, ...]
@@ -53,7 +53,8 @@ def replay_motions(
     """Write replay.html and the films.
 
     Args:
-        motions: The robots; see `motion`.
+        motions: The robots; see `motion`. Their designs and physics are written beside them where
+            they differ, and otherwise once.
         folder: Where to write.
         settings: How exact the page is.
         spacing_mm: Distance between the robots' lanes [mm].
@@ -61,16 +62,19 @@ def replay_motions(
         film: How films look.
     """
     start = time.monotonic()
-    actors = side_by_side(motions, spacing_mm)
+    labelled, told = _told_apart(motions)
+    actors = side_by_side(labelled, spacing_mm)
     folder.progress.stage("writing the replay")
     data = replay_data(actors, settings)
     title = " and ".join(actor.label.replace("\n", ", ") for actor in actors)
-    path = write_html(folder / "replay.html", page_of(title, player_of(data)))
+    title += f", {told}" if told else ""
+    path = write_html(folder / "replay.html", page_of(title, player_of(data, told)))
     errors = [each["largest_error_mm"] for each in data["robots"] if "largest_error_mm" in each]
     filmed = {}
     for kind in films:
         folder.progress.stage(f"filming {kind}")
-        filmed[kind] = str(write_film(folder / f"film.{kind}", actors, film, folder.progress))
+        file = folder / f"film.{kind}"
+        filmed[kind] = str(write_film(file, actors, film, folder.progress, told))
     return ReplayedMotions(
         page=str(path),
         page_bytes=path.stat().st_size,
@@ -111,10 +115,26 @@ def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
 
 
 def _simulated(file: Path, name: str, goal: Goal) -> Actor:
-    """A recorded robot by its name, and below it the physics that it walked in, where told."""
-    walked = Trajectory.load(file)
-    made_in = physics_of_walks([walked])
-    return Actor.of(walked, f"{name}\n{made_in}" if made_in else name, goal)
+    """A recorded robot by its name."""
+    return Actor.of(Trajectory.load(file), name, goal)
+
+
+def _told_apart(
+    motions: Sequence[Actor | MarkerActor],
+) -> tuple[list[Actor | MarkerActor], str]:
+    """The robots with what tells them apart below their names, and what is said once of all that
+    are simulated: design and physics, as far as their trajectories tell."""
+    walks = [each.trajectory for each in motions if isinstance(each, Actor)]
+    facts = [(walk.metadata.get("design") or "", physics_of_walks([walk])) for walk in walks]
+    shared = [len(set(kind)) == 1 for kind in zip(*facts, strict=True)]
+    labelled, left = list[Actor | MarkerActor](), iter(facts)
+    for each in motions:
+        if isinstance(each, Actor):
+            own = [fact for fact, same in zip(next(left), shared, strict=True) if fact and not same]
+            each = replace(each, label="\n".join([each.label, *own]))
+        labelled.append(each)
+    said = [fact for fact, same in zip(*facts[:1], shared, strict=False) if fact and same]
+    return labelled, ", ".join(said)
 
 
 def _goal(folder: Path) -> Goal:

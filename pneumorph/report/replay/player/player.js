@@ -3,6 +3,7 @@
 //   options.robots   numbers of the robots of data to show; all of them by default
 //   options.live     frames are still to come, through append(frame), until finish()
 //   options.speed    seconds of the robot's time in one second
+//   options.told     what is said once of all robots
 // pneumorphReplay.players lists the players of a page. A player has
 //   time, duration [s]; robots: label, kind, frames, legs, nodes, frameTimes of each
 //   seek(time), play(), pause(), step(frames), setSpeed(x), select(robot)
@@ -43,6 +44,7 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
       }
       this.element = element;
       this.live = Boolean(options.live);
+      this.told = options.told ? ` · ${options.told}` : "";
       this.time = 0;
       this.playing = this.live;
       this.selected = 0;
@@ -253,7 +255,9 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
         this.stage.actors.forEach((actor, i) => {
           const { goal, robot } = actor.motion, unit = 10 ** goal.digits;
           const achieved = Math.round(unit * actor.motion.achieved()) / unit + 0; // no minus zero
-          const far = `${achieved.toFixed(goal.digits)}${goal.symbol}`;
+          const over = !this.live && this.time > actor.motion.duration + 0.02;
+          const ended = over ? `, ended at ${Number(actor.motion.duration.toPrecision(3))} s` : "";
+          const far = `${achieved.toFixed(goal.digits)}${goal.symbol}${ended}`;
           write(actor.label, `${robot.label}\n${actor.motion.sound ? far : robot.status}`);
         });
       }
@@ -270,7 +274,7 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
         legend.innerHTML = pneumorphColours.regulators.slice(0, most).map((colour, i) =>
           `<b style="background: ${colour}"></b>regulator ${i + 1}`).join(" ");
       }
-      legend.insertAdjacentText("beforeend", ` · lines 5 cm apart${this.slopeWords()}`);
+      legend.insertAdjacentText("beforeend", ` · lines 5 cm apart${this.slopeWords()}${this.told}`);
     }
 
     // How floors that are not level are sloped.

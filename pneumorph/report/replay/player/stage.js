@@ -121,6 +121,12 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
         reach = Math.max(reach, Math.hypot(p[i] - x, p[i + 1] - y));
         height = Math.max(height, p[i + 2]);
       }
+      if (motion.robot.payload) {
+        const { place_mm, radius_mm } = motion.robot.payload, [a, b, c, ...turn] = motion.hub;
+        const place = new THREE.Vector3(...place_mm).applyQuaternion(new THREE.Quaternion(...turn));
+        reach = Math.max(reach, Math.hypot(place.x + a - x, place.y + b - y) + radius_mm);
+        height = Math.max(height, place.z + c + radius_mm);
+      }
       return { reach, height: height + Math.max(...rises) - rises[0] };
     }
 
@@ -202,6 +208,7 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       hub.frustumCulled = hubShadow.frustumCulled = false;
       shadows.push(hubShadow);
       group.add(hub, hubShadow);
+      if (robot.payload) shadows.push(this.payload(robot.payload, group, hub, hubShadow));
       const dots = new THREE.BufferGeometry();
       dots.setAttribute("position", new THREE.BufferAttribute(
         new Float32Array(motion.positions.length), 3).setUsage(THREE.DynamicDrawUsage));
@@ -212,6 +219,22 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       const actor = { motion, group, legs, shadows, hub, hubShadow, flat, contacts, index };
       actor.label = this.label(labels, robot.label, index);
       return actor;
+    }
+
+    // A mark of what a hub carries, which goes with it, over all that would hide it; its shadow.
+    payload(payload, group, hub, hubShadow) {
+      const solid = new THREE.BufferGeometry();
+      solid.setAttribute("position", new THREE.BufferAttribute(
+        pneumorphMotion.decoded(payload.corners_mm, Float32Array), 3));
+      const mark = new THREE.Mesh(solid, matt(pneumorphColours.ink));
+      const shadow = new THREE.Mesh(solid, hubShadow.material);
+      mark.material.depthTest = false;
+      mark.renderOrder = 1;
+      mark.matrixAutoUpdate = shadow.matrixAutoUpdate = false;
+      mark.frustumCulled = shadow.frustumCulled = false;
+      [mark.matrix, shadow.matrix] = [hub.matrix, hubShadow.matrix];
+      group.add(mark, shadow);
+      return shadow;
     }
 
     // A marker has a place and no direction: a triad along the world's axes.
@@ -391,18 +414,28 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
         if (actor.lineMaterial) actor.lineMaterial.resolution.set(this.width, this.height);
       }
       this.renderer.render(this.scene, this.camera);
-      for (const actor of this.actors) this.placeLabel(actor); // where the camera is now
+      this.placeLabels(); // where the camera is now
       this.dirty = false;
     }
 
-    placeLabel(actor) {
-      if (!actor.motion.time.length) return;
-      const point = this.place(actor.motion);
-      point.z += 75;
-      point.project(this.camera);
-      const x = (point.x + 1) / 2 * this.width, y = (1 - point.y) / 2 * this.height;
-      actor.label.style.transform = `translate(-50%, -100%) translate(${x}px, ${y}px)`;
-      actor.label.style.display = point.z < 1 ? "" : "none";
+    // Each above its robot; those that would cover each other below each other, the first on top.
+    placeLabels() {
+      const placed = [];
+      for (const { motion, label } of [...this.actors].reverse()) {
+        if (!motion.time.length) continue;
+        const point = this.place(motion);
+        point.z += 75;
+        point.project(this.camera);
+        label.style.display = point.z < 1 ? "" : "none";
+        if (!(point.z < 1)) continue;
+        const box = { x: (point.x + 1) / 2 * this.width, y: (1 - point.y) / 2 * this.height,
+          width: label.offsetWidth, height: label.offsetHeight };
+        const covers = (other) => Math.abs(box.x - other.x) < (box.width + other.width) / 2 &&
+          box.y > other.y - other.height && other.y > box.y - box.height;
+        for (let other; (other = placed.find(covers));) box.y = other.y - other.height - 1;
+        placed.push(box);
+        label.style.transform = `translate(-50%, -100%) translate(${box.x}px, ${box.y}px)`;
+      }
     }
 
     dispose() {

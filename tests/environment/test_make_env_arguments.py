@@ -1,0 +1,49 @@
+"""What may be forgotten of an environment of another robot is told, and what it rewards."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import pneumorph as pm
+from pneumorph.environment.registration import make_single_env
+from pneumorph.environment.reward import RewardWeights
+from pneumorph.study.training_options import quick_training
+
+ANY: Any = pm
+PLATE = Path(__file__).parents[2] / "examples/plate.toml"
+
+
+def test_a_description_is_no_robot_yet() -> None:
+    described = pm.RobotDescription.read(PLATE)
+    said = re.escape("expected a RobotSpec such as paper_robot() or RobotDescription.read(file)")
+    for make in (ANY.make_env, make_single_env):
+        with pytest.raises(TypeError, match=f"robot is RobotDescription.*{said}"):
+            make(design=described.usual_design, robot=described)
+
+
+def test_of_a_robot_of_other_sites_a_design_must_be_named() -> None:
+    described = pm.RobotDescription.read(PLATE)
+    robot = described.spec()
+    said = "design is None, .* with 8 sites, and plate has 6: expected a design, .* usual_design"
+    with pytest.raises(ValueError, match=said):
+        pm.make_env(num_envs=2, robot=robot)
+    with pytest.raises(ValueError, match=said):
+        make_single_env(robot=robot)
+    made = pm.make_env(num_envs=2, design=described.usual_design, robot=robot)
+    assert made.num_envs == 2
+
+
+def test_the_reward_that_documents_name_is_that_of_trainings() -> None:
+    assert quick_training().coopt.task.reward == RewardWeights(tilt=0.05)
+    text = (Path(__file__).parents[2] / "docs/physics.md").read_text()
+    assert "reward=RewardWeights(tilt=0.05)" in text
+
+
+@pytest.mark.parametrize("robot", [None, PLATE])
+def test_a_file_in_place_of_settings_of_a_robot_is_told(robot: Path | None, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"robot: expected a table of .*, got '.*plate\.toml'"):
+        pm.train(tmp_path / "run", robot, changes={"robot": str(PLATE)})
