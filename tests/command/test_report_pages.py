@@ -103,16 +103,16 @@ def test_page_of_a_run(verb: str, runs: Path, capsys: pytest.CaptureFixture[str]
 
 def test_results_stand_beside_the_baseline(runs: Path, tmp_path: Path) -> None:
     """An evaluation knows the baseline of the run whose pairs it walked, and that it walked for
-    longer than they did."""
+    another time than they did."""
     baseline = json.loads((runs / "coopt" / "summary.json").read_text())[
         "baseline_best_distance_cm"
     ]
     report = ["report", str(runs / "evaluate"), "--figure-files", "--out", str(tmp_path)]
     assert run(report) == 0
     content = (tmp_path / "page.html").read_text()
-    label = "the expert&#x27;s best phase in the world as it stands, in 20 s"
+    label = "the expert&#x27;s best phase in the world as it stands, in 4 s"
     assert f"<b>{baseline:.1f} cm</b><span>{label}</span>" in content
-    assert "<td>B, in 20 s</td><td>1.0.0.2.2.0.0.1</td>" in content
+    assert "<td>B, in 4 s</td><td>1.0.0.2.2.0.0.1</td>" in content
 
 
 def test_an_evaluation_in_another_physics_is_not_compared_with_the_trainings_expert(
@@ -126,9 +126,9 @@ def test_an_evaluation_in_another_physics_is_not_compared_with_the_trainings_exp
     assert run(again.split()) == 0
     assert run(["report", str(tmp_path), "--figure-files"]) == 0
     content = (tmp_path / "report" / "page.html").read_text().replace("&#x27;", "'")
-    label = "the expert's best phase in the training's physics, in 20 s"
+    label = "the expert's best phase in the training's physics, in 4 s"
     assert f"<b>{baseline:.1f} cm</b><span>{label}</span>" in content
-    where = "in the training's physics, in 20 s"
+    where = "in the training's physics, in 4 s"
     assert f"<td>B, {where}</td><td>1.0.0.2.2.0.0.1</td>" in content
     assert "over the baseline" not in content
 
