@@ -292,6 +292,15 @@ class RobotSpec(ShownInNotebooks):
     def _kin_surfaces(self) -> frozenset[str]:
         return surfaces_of(self.modules)
 
+    def tilts_rolled_legs(self, worlds: Iterable[World]) -> bool:
+        """Whether it has rolled modules that a mounting angle turns, its own or that of a world,
+        which earlier versions turned about their own axes: for identities of what is kept."""
+        rolled = any(
+            site.pose_of(module).roll_deg != 0.0 for site in self.sites for module in site.modules
+        )
+        angles = [self.mounting_angle_deg, *(world.mounting_angle_deg for world in worlds)]
+        return rolled and any(angles)
+
     @property
     def _unusual_surface(self) -> bytes:
         """What the hub's points lie on, for its identities; nothing of the usual one, which what

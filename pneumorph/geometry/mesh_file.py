@@ -175,7 +175,7 @@ def _check_one_volume(read: Any) -> None:
     physical groups count, of which 0 is none; its elementary entities may be several.
 
     Raises:
-        MeshError: There is more than one, and one of them does not hold all tetrahedra.
+        MeshError: There is more than one, and none of them holds all tetrahedra.
     """
     field = _tag_field(read)
     names = {int(tag): name for name, (tag, dimension) in read.field_data.items() if dimension == 3}
@@ -197,7 +197,7 @@ def _check_one_volume(read: Any) -> None:
         for name, count in here.items():
             if count:
                 held[name] = held.get(name, 0) + count
-    if len(held) > 1 and min(held.values()) < total:
+    if len(held) > 1 and max(held.values()) < total:
         told = ", ".join(f"{name}: {count}" for name, count in sorted(held.items()))
         kind = "physical volume" if field == "gmsh:physical" else "region"
         raise MeshError(

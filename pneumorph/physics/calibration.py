@@ -194,7 +194,8 @@ class UsedCalibration:
     """What a summary says of the calibration it was made with; None for what was not measured."""
 
     file: str
-    """Where it was read from; without one `PUBLISHED` or `NOT_CALIBRATED`."""
+    """Where it was read from, or that it has no file; without one `PUBLISHED` or
+    `NOT_CALIBRATED`."""
     slope: float
     intercept_kPa: float
     digest: str | None = None

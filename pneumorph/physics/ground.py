@@ -108,8 +108,8 @@ class Ground(Checked):
     up, counted from the floor's height.
 
     Raises:
-        ValueError: A number is out of range, the grid is too coarse for what is on it, or steps go
-            on beyond it; of a ground with a map `grid` tells the latter.
+        ValueError: A number is out of range, or the grid is too coarse for what is on it; whether
+            steps go on beyond it, `grid` tells.
     """
 
     map: HeightMap = field(default_factory=HeightMap)
@@ -150,10 +150,6 @@ class Ground(Checked):
                     f"{name} is {value:g}, expected at least {least:g} times {of_it}, {spacing:g}: "
                     "a coarser grid does not show it"
                 )
-        if self.map.path is None:
-            end = 0.5 * spacing * round(self.length_mm / spacing)
-            cure = "Make them fewer or shorter, or length_mm larger"
-            self.steps.check_within(-end, end, cure)
 
     @property
     def is_plane(self) -> bool:
@@ -188,8 +184,8 @@ class Ground(Checked):
 
         Raises:
             FileNotFoundError: No such map.
-            ValueError: The map is no grey image, no grid of heights, or too short for the steps;
-                names the setting and the file.
+            ValueError: The map is no grey image or no grid of heights, or the ground is too short
+                for its steps; names the setting and the file.
         """
         path = self.map.path
         changed_ns = Path(path).stat().st_mtime_ns if path and Path(path).exists() else 0
@@ -234,11 +230,12 @@ def _grid_of(ground: Ground, changed_ns: int) -> HeightGrid:
         rows, columns = heights.shape
         heights = heights + ground.rough.heights_mm((rows, columns), spacing)
     x = centre[0] + nodes_along(heights.shape[1], spacing)
+    longer = "length_mm larger"
     if ground.map.path is not None:
-        name = Path(ground.map.path).name
-        cure = f"Make them fewer or shorter, or the map {name} longer (mm_per_pixel {spacing:g})"
-        try:
-            ground.steps.check_within(float(x[0]), float(x[-1]), cure)
-        except ValueError as error:
-            raise ValueError(f"physics.ground.{error}") from error
+        longer = f"the map {Path(ground.map.path).name} longer (mm_per_pixel {spacing:g})"
+    cure = f"Make them fewer or shorter, or {longer}"
+    try:
+        ground.steps.check_within(float(x[0]), float(x[-1]), cure)
+    except ValueError as error:
+        raise ValueError(f"physics.ground.{error}") from error
     return HeightGrid(heights + ground.steps.height(x), spacing, centre)

@@ -14,18 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, read_json, write_json
-from pneumorph.base.result import finite, result_from_dict, result_to_dict
+from pneumorph.base.artefact import write_json
+from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.robot.design import Design
-from pneumorph.study.certificate import certify_once, check_candidates
+from pneumorph.study.certificate import certify_once
 from pneumorph.study.certified_candidates import (
     Candidates,
     CertificateSettings,
-    unseen_worlds,
 )
 from pneumorph.study.certified_pairs import Certificate, CertifiedRound, RoundPair
 from pneumorph.study.finished_run import FinishedRun, Pair
@@ -107,13 +106,10 @@ def certify_candidates(
         settings: In which worlds, and for how many rounds.
         spec: What they walk as.
         folder: Receives ``certificate.json`` after each round with finite elements,
-            ``full_order/`` and ``round_1/`` ... One that lies there already and is of something
-            else is removed before the first walk.
+            ``full_order/`` and ``round_1/`` ... Without finite elements an earlier one is removed
+            at the end.
         again: How what differs is made again.
     """
-    if folder.verb == "certify":  # a training's own folder has none
-        check_candidates(candidates, settings, spec)  # what is refused removes nothing
-        _remove_stale(folder.path / CERTIFICATE_FILE, candidates, settings, spec)
     rounds: list[CertifiedRound] = []
     walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0
@@ -121,6 +117,7 @@ def certify_candidates(
         found = certify_once(candidates, settings, spec, folder)
         wall_s += found.wall_s
         if not settings.full:
+            (folder.path / CERTIFICATE_FILE).unlink(missing_ok=True)  # of an earlier call
             break
         rounds.append(_round_of(found, made_s))
         walked.append((candidates, spec))
@@ -151,56 +148,17 @@ def certify_candidates(
     return found
 
 
-def _remove_stale(
-    path: Path, candidates: Candidates, settings: CertificateSettings, spec: RobotSpec
-) -> None:
-    """Remove an earlier certificate that is not of these pairs, robots and unseen worlds with
-    finite elements: beside the new one, or until that is written, it would be taken for it. Its
-    finite-element walks stay."""
-    if not path.exists():
-        return
-    try:
-        stays = settings.full and _is_of_these(path, candidates, settings, spec)
-    except ArtefactError:
-        stays = False
-    if not stays:
-        path.unlink()
-
-
-def _is_of_these(
-    path: Path, candidates: Candidates, settings: CertificateSettings, spec: RobotSpec
-) -> bool:
-    """Whether a certificate that is there is one that a stopped call with these arguments wrote.
-
-    Raises:
-        ArtefactError: It is damaged, or of another version.
-    """
-    found = result_from_dict(Certificate, read_json(path, "certificate"))
-    drawn = settings.randomisation
-    worlds = drawn.numbers_of(unseen_worlds(drawn, settings.world_count, settings.world_seed))
-    described = spec.describe()
-    first = found.rounds[:1]
-    return (
-        found.run == str(candidates.run)
-        and found.world_count == settings.world_count
-        # Numbers that change nothing of the robot are not told.
-        and all(tuple(worlds.get(name, ())) == told for name, told in found.numbers.items())
-        and (found.physics, found.calibration) == (described["physics"], described["calibration"])
-        and [each.leg.digest for each in first] == [described["leg"].digest]
-        and [(pair.design, pair.gait) for each in first for pair in each.pairs]
-        == [(str(pair.design), pair.gait_file) for pair in candidates.pairs]
-    )
-
-
 def nearest_round(rounds: Sequence[CertifiedRound]) -> int:
     """Which round's leg parts least from its finite elements: the last one's where that agrees, of
-    others that of the least mean difference over the walks, the later one of equals."""
+    others that of the least mean difference over the walks that are not chaotic, the later one of
+    equals."""
 
     def parts_by(each: CertifiedRound) -> float:
         apart = [
             np.inf if walk.full is None or walk.reduced is None else abs(walk.full - walk.reduced)
             for pair in each.pairs
             for walk in pair.full_order
+            if walk.repeats
         ]
         return float(np.mean(apart)) if apart else 0.0
 

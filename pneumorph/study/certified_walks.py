@@ -134,9 +134,9 @@ class FullOrderWalk:
             kept.wall_s,
             kept.states,
             kept.reason,
-            low,
-            high,
-            repeats,
+            near_low=low,
+            near_high=high,
+            repeats=repeats,
         )
 
 
@@ -361,4 +361,5 @@ def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, 
         "mounting_angle_deg": spec.mounting_angle_deg,
         "settling_steps": walker.settling_steps,
         "world": None if world is None else world.of_full_order(),
+        **({"rolled": "down"} if spec.tilts_rolled_legs([world] if world else []) else {}),
     }

@@ -20,17 +20,20 @@ NEAR_COUNT = 16
 """Near worlds in which a walk is repeated."""
 
 
-def near_worlds(world: World, physics: Physics, count: int = NEAR_COUNT) -> list[World]:
+def near_worlds(
+    world: World, physics: Physics, count: int = NEAR_COUNT, seed: int = 0
+) -> list[World]:
     """Worlds whose friction, moduli and masses are those of a world but for a thousandth.
 
-    The same of each call; changes are normal.
+    Changes are normal.
 
     Args:
         world: The world.
         physics: Says the friction of surfaces that the world does not.
         count: How many.
+        seed: Of the changes.
     """
-    draw = np.random.default_rng(count).standard_normal
+    draw = np.random.default_rng([seed, 17]).standard_normal
 
     def near(value: float) -> float:
         return value * (1.0 + NEAR_SHARE * float(draw()))

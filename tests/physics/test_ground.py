@@ -143,12 +143,15 @@ def test_a_file_that_has_changed_is_read_again(tmp_path: Path) -> None:
             r"steps.run_mm is 1, expected at least 2 times spacing_mm, 5",
         ),
         (
-            lambda: Ground(steps=Steps(8.0, count=20)),
+            lambda: Ground(steps=Steps(8.0, count=20)).grid(),
             r"steps.start_mm 150, run_mm 20, tread_mm 100 and count 20 make steps from 150 to 2450 "
             r"mm along x, expected within the ground, from -1000 to 1000 mm",
         ),
-        (lambda: Ground(steps=Steps(8.0, 990.0)), r"from 990 to 1010 mm .* length_mm larger"),
-        (lambda: Ground(steps=Steps(8.0, -1200.0)), r"from -1200 to -1180 mm along x, expected"),
+        (
+            lambda: Ground(steps=Steps(8.0, 990.0)).grid(),
+            r"from 990 to 1010 mm .* length_mm larger",
+        ),
+        (lambda: Ground(steps=Steps(8.0, -1200.0)).grid(), r"from -1200 to -1180 mm along x, exp"),
         (lambda: replace(ROUGH, length_mm=1e9), "expected at least 4 along each side and at most"),
         (lambda: replace(ROUGH, width_mm=10.0), r"has 400 x 2 cells of spacing_mm 5, expected"),
         (

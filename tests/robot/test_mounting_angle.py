@@ -10,11 +10,15 @@ import pytest
 from helpers.boxes import box_robot
 
 from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.robot.design import Design
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import robot_in_world
+from pneumorph.study.analysis import Walker
+from pneumorph.study.certified_walks import _made_of
 
 NODES = np.array([[-4.0, -1.0, 0.0], [-4.0, 1.0, 2.0], [30.0, 1.0, -2.0], [30.0, -1.0, 3.0]])
 INNER_END = np.array([-4.0, 0.0, 0.0])
@@ -98,3 +102,19 @@ def test_rolled_legs_of_full_robots_point_down_as_those_of_reduced_ones() -> Non
         pose = tilted(site.pose, leg.part.rest_nodes, 5.0)
         assert_only_further_down(site.pose, pose, 5.0)
         np.testing.assert_allclose(leg.attachment_in_hub, pose.apply(attached), atol=1e-12)
+
+
+def test_what_was_kept_of_rolled_legs_in_a_tilted_world_is_walked_again() -> None:
+    """Earlier versions turned these about their own axes; all else is found."""
+    spec = box_robot()
+    turned = Pose(rotation_about("x", 45.0))
+    sites = tuple(replace(site, pose=site.pose.compose(turned)) for site in spec.sites)
+    rolled, level = replace(spec, sites=sites), World.nominal(spec.physics)
+    worlds = [level, replace(level, mounting_angle_deg=1.0)]
+    assert rolled.tilts_rolled_legs(worlds)
+    assert replace(rolled, mounting_angle_deg=1.0).tilts_rolled_legs([])
+    assert not rolled.tilts_rolled_legs([level])
+    assert not spec.tilts_rolled_legs(worlds)
+    for each, told in ((rolled, True), (spec, False)):
+        walker = Walker("L1", Design.parse("1.2"), HeldGait.evenly(np.zeros((1, 2)), 0.1), 0)
+        assert ("rolled" in _made_of(each, walker, worlds[1])) is told

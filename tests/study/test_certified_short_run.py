@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from helpers.short_training import SHORT_FINETUNING
@@ -14,11 +13,10 @@ from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study import certified_rounds
-from pneumorph.study.certified_candidates import Candidates, CertificateSettings, RoundSettings
+from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import CERTIFICATE_FILE, certify
 from pneumorph.study.finished_run import FinishedRun
@@ -47,80 +45,12 @@ def stopped(learned: FinishedRun, tmp_path: Path) -> Path:
     return write_json(tmp_path / "out" / CERTIFICATE_FILE, finite(content))
 
 
-class _StoppedError(Exception):
-    """The first walk was asked for."""
-
-
-def begun(run: FinishedRun, settings: CertificateSettings, folder: Path, **changes: Any) -> None:
-    """A certificate up to its first walk."""
-
-    def stop(_: Candidates, __: CertificateSettings, ___: RobotSpec, ____: RunFolder) -> None:
-        raise _StoppedError
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(certified_rounds, "certify_once", stop)
-        patch.setattr(RobotSpec, "check_reduction", lambda _: None)  # its mesh is in no file
-        with pytest.raises(_StoppedError):
-            certify(run, settings, folder=RunFolder(folder, "certify"), **changes)
-
-
 def test_none_is_left_beside_one_without_finite_elements(
     learned: FinishedRun, stopped: Path
 ) -> None:
     found = certify(learned, PLAIN, folder=RunFolder(stopped.parent, "certify"))
     assert isinstance(found, Certificate)
     assert not stopped.exists()
-
-
-def test_the_one_that_goes_on_stays_until_it_is_written_again(
-    learned: FinishedRun, stopped: Path
-) -> None:
-    before = stopped.read_bytes()
-    begun(learned, FULL, stopped.parent)
-    assert stopped.read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"world_count": 5},
-        {"world_seed": 1},
-        {"pair_count": 2},
-        {"randomisation": Randomisation(mass_factor="1")},
-    ],
-)
-def test_one_of_other_worlds_or_pairs_is_removed_before_the_first_walk(
-    learned: FinishedRun, stopped: Path, changes: dict[str, Any]
-) -> None:
-    begun(learned, replace(FULL, **changes), stopped.parent)
-    assert not stopped.exists()
-
-
-def test_one_of_other_robots_is_removed(learned: FinishedRun, stopped: Path) -> None:
-    spec = learned.spec()
-    slippery = replace(spec, physics=replace(spec.physics, friction=0.1))
-    begun(learned, FULL, stopped.parent, robot=slippery)
-    assert not stopped.exists()
-
-
-def test_one_that_nobody_can_read_is_removed(learned: FinishedRun, stopped: Path) -> None:
-    stopped.write_text("{")
-    begun(learned, FULL, stopped.parent)
-    assert not stopped.exists()
-
-
-def test_what_is_refused_removes_nothing(learned: FinishedRun, stopped: Path) -> None:
-    """A slip of the pen in a later command."""
-    other = replace(FULL, world_count=5)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(certified_rounds, "check_candidates", _refuse)
-        with pytest.raises(ValueError, match="cannot be in these worlds"):
-            certify(learned, other, folder=RunFolder(stopped.parent, "certify"))
-    assert stopped.exists()
-
-
-def _refuse(*_: object) -> None:
-    raise ValueError("the robot cannot be in these worlds")
 
 
 def test_a_test_of_valves_that_the_robot_has_not_is_told(

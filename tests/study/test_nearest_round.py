@@ -1,5 +1,6 @@
 """Which leg is certified where reduced robots and finite elements part to the end."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -79,3 +80,17 @@ def test_who_fails_is_not_beyond_and_an_expert_that_fails_achieves_nothing(
     achieved = np.array([4.0, -1.0, 1.0, -1.0])
     achieved[failed] = np.nan
     assert share_beyond(achieved, by_expert) == share
+
+
+def test_a_chaotic_walk_chooses_no_leg() -> None:
+    """What it says of a leg is luck."""
+    poor, good = a_round(23.0), a_round(20.1)
+    lucky = replace(good.pairs[0].full_order[0], full=25.0, reduced=24.9, repeats=False)
+    unlucky = replace(lucky, reduced=3.0)
+
+    def beside(told: CertifiedRound, walk: FullOrderWalk) -> CertifiedRound:
+        (pair,) = told.pairs
+        return replace(told, pairs=(replace(pair, full_order=(*pair.full_order, walk)),))
+
+    rounds = [beside(poor, lucky), replace(beside(good, unlucky), agrees=False)]
+    assert nearest_round(rounds) == 1
