@@ -143,7 +143,7 @@ def test_a_largest_pressure_takes_all_pressures_with_it() -> None:
     for wrong in ({"largest_pressure_kPa": -1.0}, {"largest_pressure_kPa": "much"}):
         with pytest.raises(ValueError, match="largest_pressure_kPa"):
             asked(wrong)
-    with pytest.raises(ValueError, match="LegMaterials cannot be read: expected a table"):
+    with pytest.raises(ValueError, match="materials: expected a table of silicone"):
         asked({"silicone": "Dragon Skin 20", "materials": "soft"})
 
 
