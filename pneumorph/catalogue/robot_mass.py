@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.pose import Pose
+from pneumorph.reduction.reduced_part import ReducedPart
 
 Place = tuple[float, float, float]
 
@@ -42,6 +50,39 @@ class RobotMass:
         if self.payload_mm is None:
             return ""
         return f"payload {1e3 * self.payload_kg:.4g} g at {_told(self.payload_mm)}"
+
+
+def robot_mass(
+    hub: HubSpec, mounted: Sequence[tuple[ReducedPart | PartModel, Pose]] | None = None
+) -> RobotMass:
+    """What a hub weighs and carries and, with what is mounted on it, the whole robot, at rest.
+
+    Args:
+        hub: The hub.
+        mounted: The parts of a design and where they are; None for the hub alone.
+    """
+    carried = hub.payload
+    of_hub = RobotMass(
+        hub_kg=hub.mass_kg,
+        hub_centre_mm=_as_place(hub.centre_mm),
+        payload_kg=0.0 if carried is None else carried.mass_kg,
+        payload_mm=None if carried is None else _as_place(carried.place_mm),
+    )
+    if mounted is None:
+        return of_hub
+    mass, moment = hub.mass_kg, hub.mass_kg * hub.centre_mm
+    for part, pose in mounted:
+        if isinstance(part, PartModel):
+            own, first = part.mass_kg, part.node_mass @ part.rest_nodes
+        else:
+            own, first = part.mass, part.first_moment
+        mass, moment = mass + own, moment + own * pose.apply(first[None] / own)[0]
+    return replace(of_hub, robot_kg=float(mass), robot_centre_mm=_as_place(moment / mass))
+
+
+def _as_place(point: np.ndarray) -> Place:
+    x, y, z = (np.round(point, 6) + 0.0).tolist()  # without what is left of sums that are 0
+    return x, y, z
 
 
 def _told(place: Place) -> str:

@@ -24,12 +24,11 @@ from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
 from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.robot_mass import RobotMass
+from pneumorph.catalogue.robot_mass import RobotMass, robot_mass
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_ingredients import ingredients
-from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
@@ -453,25 +452,16 @@ class RobotSpec(ShownInNotebooks):
             design: The design; None for the hub alone.
             reduced: Whether its modules are the reduced parts, or finite elements.
         """
-        hub, carried = self.hub, self.hub.payload
-        of_hub = RobotMass(
-            hub_kg=hub.mass_kg,
-            hub_centre_mm=_as_place(hub.centre_mm),
-            payload_kg=0.0 if carried is None else carried.mass_kg,
-            payload_mm=None if carried is None else _as_place(carried.place_mm),
-        )
         if design is None:
-            return of_hub
-        mass, moment = hub.mass_kg, hub.mass_kg * hub.centre_mm
-        for module, pose, _ in self._mounted(self._known(design)):
-            part = module.reduced if reduced else module.full
-            pose = tilted(pose, part.rest_nodes, self.mounting_angle_deg)
-            if isinstance(part, PartModel):
-                own, first = part.mass_kg, part.node_mass @ part.rest_nodes
-            else:
-                own, first = part.mass, part.first_moment
-            mass, moment = mass + own, moment + own * pose.apply(first[None] / own)[0]
-        return replace(of_hub, robot_kg=float(mass), robot_centre_mm=_as_place(moment / mass))
+            return robot_mass(self.hub)
+        mounted = [
+            (module.reduced if reduced else module.full, pose)
+            for module, pose, _ in self._mounted(self._known(design))
+        ]
+        angle = self.mounting_angle_deg
+        return robot_mass(
+            self.hub, [(part, tilted(pose, part.rest_nodes, angle)) for part, pose in mounted]
+        )
 
     def describe(self, reduced: bool = True, design: Design | str | None = None) -> dict[str, Any]:
         """Physics, calibration, masses and, of reduced robots, the module, for a summary.
@@ -533,8 +523,3 @@ class RobotSpec(ShownInNotebooks):
                 f"{len(self.sites)}: one for each site of {robot}"
             )
         return design
-
-
-def _as_place(point: np.ndarray) -> tuple[float, float, float]:
-    x, y, z = (np.round(point, 6) + 0.0).tolist()  # without what is left of sums that are 0
-    return x, y, z
