@@ -56,17 +56,19 @@ class MeshSettings(Checked):
     disk_mesher: MesherSettings = field(default_factory=lambda: MesherSettings(size_mm=20.0))
 
     def refuse_unused(self) -> None:
-        """Refuse a shape beside a file.
+        """Refuse a shape or a mesher beside a file.
 
         Raises:
-            ValueError: There is one.
+            ValueError: There is one, which is neither by default so nor in a preset.
         """
-        shapes = {"leg": self.leg != PneuNetShape(), "disk": self.disk != DiskShape()}
-        for name, given in shapes.items():
+        usual = (MeshSettings(), MeshSettings(**MEASURED_LEG))
+        for name in ("leg", "disk", "leg_mesher", "disk_mesher"):
+            given = getattr(self, name) not in [getattr(each, name) for each in usual]
             if given and self.file is not None:
+                flag = name.replace("_", "-")
                 raise ValueError(
-                    f"a shape of the {name} has no effect on the mesh of {self.file}, expected "
-                    f"either the file or --{name}.*"
+                    f"--{flag}.* has no effect on the mesh of {self.file}, which is read as it is, "
+                    f"expected either the file or --{flag}.*"
                 )
 
 
