@@ -72,8 +72,10 @@ class Trajectory(ShownInNotebooks):
     """Force of the floor on each leg's contact points in the step before the frame, world axes
     [mN], in single precision; recorded with the nodes; zero beyond a leg's points."""
     contact_velocity_mm_per_s: Float[np.ndarray, "frame leg point 3"] | None = None
-    """Velocities of these points after that step, zero where there is no force [mm/s], in single
-    precision; recorded with the nodes."""
+    """Velocities of these points in that step, as the law of contact speaks of them: zero, to the
+    solver's tolerance, of points that stick, and zero where there is no force [mm/s], in single
+    precision; recorded with the nodes. In the first frame of a reduced robot those by its modes
+    alone."""
     contact_normal: Float[np.ndarray, "frame leg point 3"] | None = None
     """Which way the ground faces below these points, unit vectors in single precision; None where
     it is a level plane, where that is up."""
@@ -177,8 +179,10 @@ class Trajectory(ShownInNotebooks):
     def turned_deg(self) -> Float[np.ndarray, " frame"]:
         """Turn of the hub to the left since the first frame, whole circles counted [degrees]; it
         turns by less than half a circle from frame to frame, and not at all while it is tipped
-        over, see `pneumorph.base.heading`."""
-        heading = last_known(heading_deg(self.hub_rotation))
+        over, see `pneumorph.base.heading`; of one that starts so, since it first faces anywhere."""
+        heading = heading_deg(self.hub_rotation)
+        faced = heading[np.isfinite(heading)]
+        heading = last_known(heading, start=faced[0] if len(faced) > 0 else 0.0)
         turned: np.ndarray = np.unwrap(heading, period=360.0) - heading[0]
         return turned
 

@@ -92,7 +92,7 @@ class CrawlingEnvironment(VectorEnv):
         self._features = (self.task.regulator_count, module_count, cavity_count)
         self._build_robot = build_robot
         self._robots: dict[Design, Any] = {}
-        self._accept(designs)
+        self._designs, self._one_hot = self._parsed(designs)
         self._simulator: CrawlingSimulator = make_simulator(
             [self._robot(design) for design in self._designs]
         )
@@ -147,7 +147,7 @@ class CrawlingEnvironment(VectorEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start a new episode of every robot.
+        """Start a new episode of every robot. Designs that are refused change nothing.
 
         Args:
             seed: Given to a simulator that draws its physics (`RedrawingSimulator`); the task
@@ -159,18 +159,20 @@ class CrawlingEnvironment(VectorEnv):
             TypeError: A design is neither that nor text.
             ValueError: An unknown option, or designs of the wrong number or kind.
         """
-        super().reset(seed=seed)
         unknown = set(options or {}) - {"designs"}
         if unknown:
             raise ValueError(
                 f"reset option {sorted(unknown)[0]!r} is unknown, expected 'designs': the design "
                 "of each robot"
             )
+        if options and options.get("designs") is not None:
+            # Before anything else changes: they may be refused.
+            designs, one_hot = self._parsed(options["designs"])
+            self._simulator.set_robots([self._robot(design) for design in designs])
+            self._designs, self._one_hot = designs, one_hot
+        super().reset(seed=seed)
         if seed is not None and isinstance(self._simulator, RedrawingSimulator):
             self._simulator.redraw(seed)
-        if options and options.get("designs") is not None:
-            self._accept(options["designs"])
-            self._simulator.set_robots([self._robot(design) for design in self._designs])
         self._begin(np.ones(self.num_envs, dtype=bool))
         self._was_reset = True
         return self._observation(), {}
@@ -375,7 +377,8 @@ class CrawlingEnvironment(VectorEnv):
     def _observation(self) -> np.ndarray:
         return np.concatenate([self._memory, self._one_hot], axis=1)
 
-    def _accept(self, asked: Sequence[Design | str]) -> None:
+    def _parsed(self, asked: Sequence[Design | str]) -> tuple[tuple[Design, ...], np.ndarray]:
+        """The designs and their one-hot form, (robot, feature); refused where they do not fit."""
         if isinstance(asked, str):
             raise TypeError(f"designs is {asked!r:.60}, expected one for each robot, in a list")
         designs = tuple(map(Design.parse, asked))
@@ -389,8 +392,7 @@ class CrawlingEnvironment(VectorEnv):
                     f"design {design} has {design.location_count} locations, expected "
                     f"{self.location_count} as the other robots have"
                 )
-        self._one_hot = np.stack([design.one_hot(*self._features) for design in designs])
-        self._designs = designs
+        return designs, np.stack([design.one_hot(*self._features) for design in designs])
 
     def _robot(self, design: Design) -> Any:
         if design not in self._robots:

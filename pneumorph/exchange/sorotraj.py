@@ -19,7 +19,7 @@ import numpy as np
 from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.base.checked import rises
 from pneumorph.base.optional_package import optional_package
-from pneumorph.gait.gait_file import LIMIT, check_peak, gait_remarks
+from pneumorph.gait.gait_file import LIMIT, check_peak, gait_remarks, limit_remark
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
@@ -139,12 +139,9 @@ def write_sorotraj(
         table = np.array(rows)
     else:
         table = np.column_stack([gait.time_s, gait.waypoint_kPa])
+    limit = limit_remark(gait.maximum_pressure_kPa, float(table[:, 1:].max()))
     table[:, 1:] /= kPa_per_unit
-    said = dict(comments or {})
-    if gait.maximum_pressure_kPa != HIGHEST_COMMAND_KPA and math.isfinite(
-        gait.maximum_pressure_kPa
-    ):
-        said[LIMIT] = repr(float(gait.maximum_pressure_kPa))
+    said = {**(comments or {}), **limit}
     lines = [f"# {name}: {value}" for name, value in said.items()]
     unit = "kPa" if kPa_per_unit == 1.0 else f"units of {kPa_per_unit:g} kPa"
     lines += [f"# pressures in {unit}", f"# {UNIT}: {kPa_per_unit!r}"]

@@ -108,7 +108,8 @@ def resumable_rollout(
     if watch is not None and pieces:
         watch(replace(pieces[0], metadata=pieces[0].metadata | (description or {})))
     saved_at, status = time.monotonic(), "completed"
-    while done < len(commands) and status == "completed":
+    # Without a command there is the settled frame.
+    while (done < len(commands) or not pieces) and status == "completed":
         end = min(done + record_every, len(commands))
         state, piece = robot.rollout(
             state,
@@ -252,6 +253,8 @@ def _identity(
             for leg in robot.legs
         ],
     }  # fmt: skip
+    if (unusual := _unusual_hub_friction(robot)) is not None:
+        described["hub_friction"] = unusual
     digest = hashlib.sha256(json.dumps(described, sort_keys=True).encode())
     # The floor where a robot may walk, and everything else that is numbers.
     across = np.linspace(-500.0, 500.0, 101)
@@ -262,3 +265,15 @@ def _identity(
     for each in numbers:
         digest.update(np.ascontiguousarray(each, dtype=float).tobytes())
     return digest.hexdigest()
+
+
+def _unusual_hub_friction(robot: FullRobot) -> float | None:
+    """Coefficient of the hub's points where it is not that of the surface ``hub``: the settings
+    have those of surfaces by name, the meshes tell the legs' surfaces, and checkpoints of earlier
+    versions say nothing of the hub's."""
+    count = len(robot.hub.contact_points)
+    if count == 0:
+        return None
+    physics = robot.physics
+    own = float(physics.surface_friction(robot.contact_surfaces)[-1])
+    return own if own != dict(physics.friction_by_surface).get("hub", physics.friction) else None

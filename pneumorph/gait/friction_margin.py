@@ -17,7 +17,8 @@ from jaxtyping import Float
 from pneumorph.trajectory import Trajectory
 
 SLIP_MM_PER_S = 1.0
-"""A pressed point that moves faster along the floor slips [mm/s]."""
+"""A pressed point that moves faster along the floor slips [mm/s]: a hundred times what the solvers'
+tolerance leaves of one that sticks, so that it lies at the limit of its friction."""
 LIMIT_SHARE = 0.95
 """A leg that uses more than this share of its friction is at its limit."""
 _LEAST_LOAD_MN = 1.0

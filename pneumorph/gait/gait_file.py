@@ -34,6 +34,19 @@ LEAST_PEAK_KPA = 1.0
 _COMMENT = re.compile(r"#\s*(?P<name>\w+)\s*:\s*(?P<value>.*)")
 
 
+def limit_remark(maximum_kPa: float, peak_kPa: float) -> dict[str, str]:
+    """The remark `LIMIT` of a gait that may go above or stays below the usual limit, else none. A
+    gait without a limit (infinite) goes as high as its peak: a file names a number.
+
+    Args:
+        maximum_kPa: Highest pressure that the gait may have [kPa].
+        peak_kPa: Highest that it has [kPa].
+    """
+    if not np.isfinite(maximum_kPa):
+        maximum_kPa = max(peak_kPa, HIGHEST_COMMAND_KPA)
+    return {} if maximum_kPa == HIGHEST_COMMAND_KPA else {LIMIT: repr(float(maximum_kPa))}
+
+
 def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | None = None) -> Path:
     """Write a gait; `read_gait` reads back the same numbers.
 
@@ -42,9 +55,8 @@ def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | N
         gait: The gait.
         comments: Named remarks such as ``{"design": "1.0.0.2.2.0.0.1"}``, one line each.
     """
-    said = dict(comments or {})
-    if gait.maximum_pressure_kPa != HIGHEST_COMMAND_KPA and np.isfinite(gait.maximum_pressure_kPa):
-        said[LIMIT] = repr(float(gait.maximum_pressure_kPa))
+    limit = limit_remark(gait.maximum_pressure_kPa, float(gait.held_kPa.max()))
+    said = {**(comments or {}), **limit}
     lines = [f"# {name}: {value}" for name, value in said.items()]
     columns = [f"regulator_{number}_kPa" for number in range(1, gait.regulator_count + 1)]
     lines.append(",".join(["time_s", *columns]))

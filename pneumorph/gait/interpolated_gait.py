@@ -59,7 +59,8 @@ class InterpolatedGait:
         """The gait as commands that are each held, taken in the middle of their span."""
         count = max(1, round(self.duration_s / hold_s))
         start_s = hold_s * np.arange(count)
-        held = np.array([self.pressure_kPa(time_s + 0.5 * hold_s) for time_s in start_s])
+        end_s = np.append(start_s[1:], self.duration_s)
+        held = np.array([self.pressure_kPa(time_s) for time_s in 0.5 * (start_s + end_s)])
         return HeldGait(
             start_s, held, self.duration_s, maximum_pressure_kPa=self.maximum_pressure_kPa
         )

@@ -147,10 +147,16 @@ def sweep_phases(
         goal: What phases are compared by.
 
     Raises:
-        ValueError: Every simulation failed, the design uses a regulator the gait does not have, or
-            the simulator does not know what the goal asks for.
+        ValueError: The gait is shorter than its period, every simulation failed, the design uses a
+            regulator the gait does not have, or the simulator does not know what the goal asks for.
     """
     settings = settings or PhaseSweepSettings()
+    duration_s, period_s = settings.gait.duration_s, settings.gait.period_s
+    if duration_s < period_s * (1.0 - 1e-6):
+        raise ValueError(
+            f"gait.duration_s is {duration_s:g}, expected at least gait.period_s, {period_s:g}: "
+            "phases are compared over whole cycles; walk for longer, or shorten the period"
+        )
     design = Design.parse(settings.design)
     design.check_regulators(settings.gait.regulator_count)
     gaits: Sequence[ExpertGait] = [
@@ -159,7 +165,7 @@ def sweep_phases(
     result = walk(
         make_simulator([build_robot(design) for _ in gaits]),
         gaits,
-        duration_s=settings.gait.duration_s,
+        duration_s=duration_s,
         time_step_s=time_step_s,
         settling_step_count=settings.settling_step_count,
         record_step_count=settings.record_step_count,
@@ -174,7 +180,7 @@ def sweep_phases(
     return PhaseSweep(
         phase_deg=np.array(settings.phases_deg),
         distance_cm=result.distance_cm,
-        backsliding_cm=result.backsliding_cm(settings.gait.period_s),
+        backsliding_cm=result.backsliding_cm(period_s),
         time_s=result.time_s,
         forward_cm=result.forward_cm,
         settings=settings_to_dict(settings),

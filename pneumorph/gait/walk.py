@@ -205,16 +205,17 @@ class _Aside:
     def __init__(self, simulator: TurningSimulator) -> None:
         self._simulator = simulator
         self._start_mm = np.array(simulator.left_position_mm)
-        self._heading_deg = np.nan_to_num(simulator.heading_deg)
+        self._heading_deg = np.array(simulator.heading_deg)
         self._turn_deg = np.zeros(len(self._start_mm))
         self.left_mm, self.turned_deg = [self._turn_deg], [self._turn_deg]
 
     def record(self, running: np.ndarray) -> None:
         """Note where robots are; of two directions the turn is less than half a circle. One that is
-        tipped over faces where it did."""
+        tipped over faces where it did; one that starts so, where it first faces."""
         seen_deg = self._simulator.heading_deg
         heading_deg = np.where(running & np.isfinite(seen_deg), seen_deg, self._heading_deg)
-        self._turn_deg = self._turn_deg + turn_between(self._heading_deg, heading_deg)
+        turn_deg = turn_between(self._heading_deg, heading_deg)
+        self._turn_deg = self._turn_deg + np.nan_to_num(turn_deg)
         self._heading_deg = heading_deg
         travel_mm = self._simulator.left_position_mm - self._start_mm
         self.left_mm.append(np.where(running, travel_mm, np.nan))

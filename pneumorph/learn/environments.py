@@ -143,3 +143,28 @@ def check_shape(
             "for each robot, observations as in single_observation_space, and those of reset, of "
             'step and in info["final_obs"] alike'
         )
+
+
+def check_observation(
+    environment: TrainingEnvironment, what: str, given: Any, expected: tuple[int, ...]
+) -> None:
+    """Refuse observations of another shape than promised, or that are not finite: what a network
+    learns from one of these is lost to all robots.
+
+    Args:
+        environment: Whose they are.
+        what: What they are, such as ``observation of reset``.
+        given: The array, or what stands in its place.
+        expected: Shape that it should have, (robot, number).
+
+    Raises:
+        ValueError: It has another, or a number is not finite.
+    """
+    check_shape(environment, what, given, expected)
+    wrong = np.argwhere(~np.isfinite(given))
+    if len(wrong):
+        robot, column = wrong[0]
+        raise ValueError(
+            f"{what} of {type(environment).__name__} is {given[robot][column]} for robot {robot} "
+            f"in column {column}, expected finite numbers, also of a robot whose simulation failed"
+        )

@@ -52,7 +52,8 @@ def best_of_each_design(
     progress: Progress | None = None,
 ) -> dict[int, DesignGaitPair]:
     """Each design's best pair of these by the objective over the worlds of an evaluation, with what
-    it achieves there; designs whose simulation failed in all worlds are left out.
+    it achieves there; designs whose simulation failed in all worlds are left out. An objective for
+    one world has the first of them alone, as where policies are evaluated.
 
     Args:
         pairs: Designs and gaits; what they say of distances is not used.
@@ -61,6 +62,8 @@ def best_of_each_design(
         objective: What counts.
         progress: Told how many pairs have walked.
     """
+    if not objective.is_robust:
+        objective = replace(objective, evaluation_worlds=1)
     count = environment.num_envs // objective.worlds_per_design
     best: dict[int, DesignGaitPair] = {}
     for begin in range(0, len(pairs), count):

@@ -21,7 +21,8 @@ EVALUATION_SEED = 2**40
 
 @dataclass(frozen=True, eq=False)
 class Episode:
-    """How robots fared in an episode; nothing counts from the action on in which one failed.
+    """How robots fared in an episode; nothing counts from the action on in which one failed, or
+    after that in which its episode ended.
 
     Attributes:
         command_kPa: Real pressures [kPa], (action, robot, regulator).
@@ -288,15 +289,17 @@ def walk_episode(
     )
     commands = []
     return_cm, distance_cm, achieved = np.zeros((3, len(designs)))
-    failed = np.zeros(len(designs), dtype=bool)
+    ended, failed = np.zeros((2, len(designs)), dtype=bool)
     for number in range(environment.task.action_count):
         action = act(observation)
-        observation, reward, _, _, info = environment.step(action)
+        observation, reward, terminated, truncated, info = environment.step(action)
         told = ToldStep.of(info, action, reward, environment.task)
-        failed |= told.failed
-        return_cm += np.where(failed, 0.0, reward)
-        distance_cm += np.where(failed, 0.0, told.distance_cm)
-        achieved += np.where(failed, 0.0, told.achieved)
+        failed |= ~ended & told.failed
+        is_over = ended | failed
+        return_cm += np.where(is_over, 0.0, reward)
+        distance_cm += np.where(is_over, 0.0, told.distance_cm)
+        achieved += np.where(is_over, 0.0, told.achieved)
+        ended |= terminated | truncated
         commands.append(told.command_kPa)
         if report is not None:
             report(number + 1)

@@ -184,7 +184,7 @@ class FactoredDistribution:
         """
         drawn = self.sample(self._settings.drawn_designs, rng)
         # The critic learns from the steps before a failure, and knows nothing of it.
-        drawn = drawn[[not self.seen.get(int(each), (0.0, False))[1] for each in drawn]]
+        drawn = drawn[~self._failing(drawn)]
         if len(drawn) == 0:
             return
         values = expected(drawn)
@@ -240,8 +240,8 @@ class FactoredDistribution:
         """Indices of designs that may be the best, at most (count,); one of mirror images.
 
         By turns the best of those that walked, by their newest score, the best of those drawn from
-        the distribution, by what is expected of them, and of those that were known, for the reasons
-        of `DesignDistribution.candidates`.
+        the distribution, by what is expected of them (those that failed last), and of those that
+        were known, for the reasons of `DesignDistribution.candidates`.
 
         Args:
             count: How many.
@@ -251,7 +251,9 @@ class FactoredDistribution:
         """
         walked = sorted(self.seen, key=lambda design: -self.seen[design][0])
         drawn = np.unique(self.sample(max(count, self._settings.drawn_designs), rng))
-        order = np.argsort(-(value or self.scores_cm)(drawn), kind="stable")
+        # What is expected of a design knows nothing of its failures.
+        expected = np.where(self._failing(drawn), -np.inf, (value or self.scores_cm)(drawn))
+        order = np.argsort(-expected, kind="stable")
         twin = self._space.twin if self._mirrored else int
         return by_turns(count, [walked, drawn[order].tolist(), known], twin)
 
@@ -305,6 +307,10 @@ class FactoredDistribution:
         for design in self.nominal:
             score, failed = self.seen[design]
             self.seen[design] = (score - fall_cm, failed)
+
+    def _failing(self, designs: np.ndarray) -> np.ndarray:
+        """Whether the newest walk of designs failed, (n,) bool, by their indices (n,)."""
+        return np.array([self.seen.get(int(each), (0.0, False))[1] for each in designs], dtype=bool)
 
     def _weighed_at(self, beta: float) -> WeighedPaths:
         return WeighedPaths(self._space.paths, np.split(beta * self.weights_cm, self._splits))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -31,8 +32,8 @@ class MetricsLog:
 
         Args:
             folder: The run folder.
-            timestep: Timestep training goes on from; later lines are forgotten, because training
-                makes them again.
+            timestep: Timestep training goes on from; later rounds are forgotten, because training
+                makes them again, and at 0 TensorBoard's files with them.
             wandb_project: Project of Weights & Biases to log to as well.
         """
         from tensorboardX import SummaryWriter
@@ -43,6 +44,8 @@ class MetricsLog:
         text = "".join(json.dumps(line) + "\n" for line in kept)
         write_atomically(self.path, lambda stream: stream.write(text.encode()))
         self._file = self.path.open("a", encoding="utf-8")
+        if not timestep:
+            shutil.rmtree(folder / TENSORBOARD_FOLDER, ignore_errors=True)
         self._board = SummaryWriter(
             str(folder / TENSORBOARD_FOLDER), purge_step=timestep + 1 if timestep else None
         )

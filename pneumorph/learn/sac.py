@@ -193,7 +193,7 @@ class Sac:
 
         Returns:
             The new state, and metrics averaged over the updates; still being computed when this
-            returns, so that nothing waits for them.
+            returns.
         """
         state, metrics = _updates((self, batches), state)
         return state, metrics

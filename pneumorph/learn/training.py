@@ -20,7 +20,12 @@ from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.demonstrations import FirstRound, check_room, first_round
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
-from pneumorph.learn.environments import check_judged, check_shape, state_size
+from pneumorph.learn.environments import (
+    check_judged,
+    check_observation,
+    check_shape,
+    state_size,
+)
 from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.learned import Learned, below
@@ -107,10 +112,14 @@ class Training:
     def _nothing(self) -> Learned:
         """What is known where the present beginning begins."""
         seed = restart_seed(self.settings.seed, self.restart)
-        pooled = self.restart >= max(self.settings.restarts - self.settings.pooled_restarts, 1)
         # What follows the training, fine-tuning, learns from what its own beginning saw.
-        earlier = self.pool.transitions if pooled and not self.is_finished else ()
+        earlier = self.pool.transitions if self._is_pooled and not self.is_finished else ()
         return Learned(self.settings, self.learner, self._state_size, self._twins, seed, earlier)
+
+    @property
+    def _is_pooled(self) -> bool:
+        """Whether the present beginning learns from what those before it saw."""
+        return self.restart >= max(self.settings.restarts - self.settings.pooled_restarts, 1)
 
     @property
     def pooling_follows(self) -> bool:
@@ -206,13 +215,17 @@ class Training:
         Returns:
             Return of each robot [cm] (robot,), whether its simulation failed (robot,), and the
             learner's metrics after each action.
+
+        Raises:
+            ValueError: The environment tells arrays of other shapes or numbers that are not finite,
+                or learning diverged.
         """
         observation, _ = self._reset(
             seed=self._worlds_number,
             options={"designs": [self.space[int(index)] for index in designs]},
         )
         observed = (len(designs), self._state_size + self.space.feature_count)
-        check_shape(self.environment, "observation of reset", observation, observed)
+        check_observation(self.environment, "observation of reset", observation, observed)
         returns, distances, achieved = np.zeros((3, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
@@ -223,10 +236,11 @@ class Training:
                 others = action[: -len(first.exact)]
                 action = np.concatenate([others, first.action[number]], dtype=np.float32)
             next_observation, reward, terminated, truncated, info = self._step(action)
-            check_shape(self.environment, "observation", next_observation, observed)
+            check_observation(self.environment, "observation", next_observation, observed)
             check_shape(self.environment, "reward", reward, observed[:1])
             told = ToldStep.of(info, action, reward, self.settings.task)
             seen = last_observation(self.environment, next_observation, info)
+            check_observation(self.environment, 'info["final_obs"]', seen, observed)
             state, next_state = (each[:, : self._state_size] for each in (observation, seen))
             self._store(
                 Transitions(state, designs, action, reward, next_state, terminated), info, told
@@ -255,6 +269,7 @@ class Training:
             shape = (len(observation), self.settings.task.regulator_count)
             return self.learned.rng.uniform(-1.0, 1.0, shape).astype(np.float32)
         self.learned.state, action = self.learner.sample_actions(self.learned.state, observation)
+        self._check_learning({"the policy's action": action})
         return action
 
     def _store(self, seen: Transitions, info: Mapping[str, Any], told: ToldStep) -> None:
@@ -276,8 +291,27 @@ class Training:
         learned = self.learned
         batches = learned.buffer.sample(count, self.settings.sac.batch_size, learned.rng)
         learned.state, metrics = self.learner.update(learned.state, batches)
+        self._check_learning(metrics)
         self.update_count += count
         return metrics
+
+    def _check_learning(self, told: Mapping[str, Any]) -> None:
+        """Refuse to go on where a number of the learner is not finite.
+
+        Raises:
+            ValueError: One is not.
+        """
+        for name, values in told.items():
+            wrong = np.asarray(values)[~np.isfinite(values)]
+            if wrong.size:
+                sac = self.settings.sac
+                raise ValueError(
+                    f"learning diverged at timestep {self.timestep}: {name} is {wrong[0]}, "
+                    "expected finite numbers; begin anew with lower learning rates "
+                    f"(sac.critic_learning_rate is {sac.critic_learning_rate:g}, "
+                    f"sac.policy_learning_rate {sac.policy_learning_rate:g}), or with rewards of "
+                    "some centimetres an action where the reward is your own"
+                )
 
     def _note_pairs(
         self,
@@ -380,17 +414,19 @@ class Training:
     def evaluate(self, progress: Progress | None = None) -> list[DesignGaitPair]:
         """Walk the designs that may be the best with the deterministic policy and keep good pairs:
         those of the highest scores, those that the critic expects most of, and those that were the
-        best of earlier beginnings where one learns from them.
+        best of earlier beginnings where one learns from them, until the end of it was evaluated.
 
         Returns:
             The pairs walked, the highest score first.
         """
+        # Not by what its buffer holds: one that goes on after its last round has forgotten that.
+        knows_earlier = self._is_pooled and len(self.restart_scores_cm) <= self.restart
         designs = self.learned.distribution.candidates(
             self.settings.evaluated_design_count,
             self._values if self.update_count else None,
             # A stream of its own: a round draws the same whether it was evaluated before.
             np.random.default_rng([self.settings.seed, self.timestep]),
-            self.pool.best() if self.learned.buffer.earlier_count else (),
+            self.pool.best() if knows_earlier else (),
         )
         if len(designs) > self.settings.ranked_design_count:
             designs = self._shortlisted(designs, progress)
@@ -404,11 +440,8 @@ class Training:
         Returns:
             The best of each design, the highest score first.
         """
-        objective = self.settings.objective
-        if not objective.is_robust:
-            objective = replace(objective, evaluation_worlds=1)
         walked = self.clock.timed("evaluate", best_of_each_design)(
-            self.demonstrations, self.judged, self.space, objective
+            self.demonstrations, self.judged, self.space, self.settings.objective
         )
         pairs = sorted(walked.values(), key=lambda pair: pair.score_cm, reverse=True)
         self.best.offer(pairs)

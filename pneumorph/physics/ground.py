@@ -192,7 +192,7 @@ class Ground(Checked):
         return _grid_of(self, changed_ns)
 
     def floor(self, height_mm: float, standing: Float[np.ndarray, "point 3"]) -> Floor:
-        """What a robot stands on; raises as `grid`.
+        """What a robot stands on.
 
         Robots start in the same pose on any ground: one that would be above a point there is
         lowered until it touches.
@@ -200,13 +200,62 @@ class Ground(Checked):
         Args:
             height_mm: Where the heights are counted from [mm].
             standing: Where the robot's contact points are at the start [mm].
+
+        Raises:
+            FileNotFoundError: As `grid`.
+            ValueError: Likewise, or the robot starts beyond an edge of a map or of roughness.
         """
         if self.is_plane:
             return PlaneFloor(height_mm)
         grid = self.grid()
+        if self.ends and len(standing) > 0:
+            self._check_start(grid, standing)
         x, y, z = standing.T
         above = float(np.max(height_mm + grid.height(x, y) - z, initial=0.0))
         return HeightField(grid.height, grid.gradient, height_mm - above, self.description)
+
+    def left_note(
+        self, name: str, time_s: Float[np.ndarray, " frame"], path_mm: Float[np.ndarray, "frame 3"]
+    ) -> str | None:
+        """What to tell of a robot that was beyond the edges of a map or of roughness; None of
+        others, and of other grounds. Raises as `grid`.
+
+        Args:
+            name: What it is called.
+            time_s: When it was where [s].
+            path_mm: Places of its tracked point [mm].
+        """
+        if not self.ends:
+            return None
+        beyond = ~self.grid().covers(path_mm[:, 0], path_mm[:, 1])
+        if not beyond.any():
+            return None
+        return (
+            f"{name} was beyond the edges of its ground ({self.description}) from "
+            f"{time_s[beyond][0]:g} s on: that is level there, and what it achieved was not on it"
+        )
+
+    @property
+    def ends(self) -> bool:
+        """Whether it is level beyond its edges: steps alone are the same all across."""
+        return self.map.path is not None or self.rough.roughness_mm > 0.0
+
+    def _check_start(self, grid: HeightGrid, standing: Float[np.ndarray, "point 3"]) -> None:
+        # One that stands partly on it walks on the map; of one beyond an edge nothing does.
+        low, high = standing[:, :2].min(axis=0), standing[:, :2].max(axis=0)
+        (left, right), (back, front) = grid.y_mm[[0, -1]], grid.x_mm[[0, -1]]
+        if np.all(low <= [front, right]) and np.all(high >= [back, left]):
+            return
+        larger = "physics.ground.length_mm and width_mm larger"
+        if self.map.path is not None:
+            larger = "the map larger or move it (physics.ground.map.mm_per_pixel, centre_x_mm)"
+        raise ValueError(
+            f"physics.start.x_mm and y_mm put the robot from {low[0]:g} to {high[0]:g} mm along x "
+            f"and from {low[1]:g} to {high[1]:g} mm along y, expected it on the ground "
+            f"({self.description}), from {back:g} to {front:g} mm along x and from {left:g} to "
+            f"{right:g} mm along y: beyond its edges it goes on level. Start it on that, or make "
+            f"{larger}"
+        )
 
 
 @lru_cache(maxsize=32)

@@ -56,6 +56,12 @@ class HeightGrid:
             np.where(inner_y == y, self._spline.ev(inner_x, inner_y, dy=1), 0.0),
         )
 
+    def covers(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Which places lie within its edges, in the shape of x and y."""
+        inner_x, inner_y = self._inside(x, y)
+        within: np.ndarray = (inner_x == x) & (inner_y == y)
+        return within
+
     @cached_property
     def nodes(self) -> Float[np.ndarray, "x_node y_node 4"]:
         """H, d H_x, d H_y and d^2 H_xy at each node, d being the spacing [mm]: a bicubic polynomial

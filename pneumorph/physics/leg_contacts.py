@@ -19,7 +19,8 @@ class LegContacts(NamedTuple):
     force_mN: Float[np.ndarray, "leg point 3"]
     """Force of the floor on each point in the step [mN]."""
     velocity_mm_per_s: Float[np.ndarray, "leg point 3"]
-    """Velocities after the step of the points that carry a force, zero of others [mm/s]."""
+    """Velocities of the points that carry a force, as the law of contact speaks of them, zero of
+    others [mm/s]."""
     normal: Float[np.ndarray, "leg point 3"] | None
     """Which way the floor faces below each point; None of a level plane, where it is up."""
 
@@ -37,7 +38,7 @@ class LegContacts(NamedTuple):
         Args:
             floor: What the robot stands on.
             positions: Of each leg's points after the step [mm], (point, 3) each.
-            velocities: Of these [mm/s], (point, 3) each.
+            velocities: Of these in the step [mm/s], (point, 3) each.
             impulses: Along the floor's normal and tangents at all points, leg by leg [mN s],
                 (point, 3).
             time_step_s: Length of the step [s].

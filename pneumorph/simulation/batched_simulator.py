@@ -59,7 +59,7 @@ class BatchedSimulator:
         thread_count: int = 0,
         worlds: Sequence[World] | None = None,
     ) -> None:
-        """Put robots at rest in the pose that the physics start in, with no pressure.
+        """Put robots at rest in the pose that their physics start in, with no pressure.
 
         Args:
             robots: The robots; parts may be shared between them.
@@ -119,6 +119,10 @@ class BatchedSimulator:
         uneven = dict.fromkeys(own.ground for own in physics if not own.ground.is_plane)
         grounds = {ground: (number, ground.grid()) for number, ground in enumerate(uneven)}
         heights = [floor_height(*each) for each in zip(robots, physics, strict=True)]
+        starts = [
+            own.start_pose(robot.standing_points) if not own.start.is_usual else None
+            for robot, own in zip(robots, physics, strict=True)
+        ]
         batch, parts = self._batch, [*self._parts, *fresh]
         if fresh or batch is None:
             batch = _engine.Batch(
@@ -156,7 +160,7 @@ class BatchedSimulator:
             [ground_arrays(grid) for _, grid in grounds.values()],
         )
         self._batch, self._parts = batch, parts
-        self.robots = tuple(robots)
+        self.robots, self._starts = tuple(robots), starts
         self._tracked = np.array([robot.hub.tracked_point for robot in robots])
         for number in range(len(robots)):
             self._place(number)
@@ -180,7 +184,7 @@ class BatchedSimulator:
         self._batch.set_friction(robot, contact_friction(self.robots[robot], physics))
 
     def reset(self, active: np.ndarray | None = None) -> None:
-        """Put robots back to rest in the pose that the physics start in.
+        """Put robots back to rest in the pose that their physics start in.
 
         Args:
             active: Which robots, (robot,) bool; None for all.
@@ -200,8 +204,7 @@ class BatchedSimulator:
 
     def _place(self, robot: int) -> None:
         # The engine resets robots to the frame of their file.
-        if not self.physics.start.is_usual:
-            pose = self.physics.start_pose(self.robots[robot].standing_points)
+        if (pose := self._starts[robot]) is not None:
             self.write(robot, "position", pose.translation)
             self.write(robot, "rotation", pose.rotation)
 

@@ -77,12 +77,12 @@ class RandomisedSimulator:
 
     def set_robots(self, robots: Sequence[Robot]) -> None:
         """Replace every robot (any count) and reset all; the worlds stay."""
-        self._robots = robots
         worlds = [self.worlds[robot % self._world_count] for robot in range(len(robots))]
         if self._simulator is None:
             self._simulator = self._make(robots, worlds)
         else:
             self._simulator.set_robots(robots, worlds)
+        self._robots = robots
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to their initial state, (robot,) bool; None for all."""

@@ -14,7 +14,7 @@ from pneumorph.physics.floor import ground_note
 from pneumorph.physics.leg_contacts import LegContacts
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import known_ratio
-from pneumorph.robot.robot import Robot
+from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -68,25 +68,39 @@ class ReducedRobot:
         ]
         return stacked(world, fill_last=True)
 
-    def leg_contacts(self, state: ReducedState) -> LegContacts:
-        """What the floor does to the mounted parts' contact points."""
-        hub_count = len(self.robot.hub.contact_points)
-        velocity, position = [], []
-        for mount, alpha, rate in zip(
-            self.robot.mounts, state.modes, state.mode_rates, strict=True
-        ):
-            part = mount.part
-            count = part.mode_count
-            arm = mount.pose.apply(part.contact_points + part.contact_modes @ alpha[:count])
-            moved = part.contact_modes @ rate[:count] @ mount.pose.rotation.T
-            position.append(state.position + arm @ state.rotation.T)
-            velocity.append(
-                state.velocity
-                + np.cross(state.angular_velocity, arm @ state.rotation.T)
-                + moved @ state.rotation.T
-            )
-        impulses = state.impulses[hub_count:]
-        return LegContacts.of(self.floor, position, velocity, impulses, self.physics.time_step_s)
+    def leg_contacts(self, state: ReducedState, before: ReducedState | None = None) -> LegContacts:
+        """What the floor does to the mounted parts' contact points.
+
+        Args:
+            state: Where the robot is.
+            before: Where it was a step earlier: with it velocities are those that the law of
+                contact speaks of, (47) and (48) of docs/physics.md, in which points that stick do
+                not move. None for those by the hub and the modes at the state.
+        """
+        begun, time_step = before or state, self.physics.time_step_s
+        foreseen = before is not None and self._simulator.stepper.linearised == "ahead"
+        position, velocity, first = [], [], len(self.robot.hub.contact_points)
+        for number, mount in enumerate(self.robot.mounts):
+            own = slice(first, first + len(mount.part.contact_points))
+            first = own.stop
+            arm, bending = _swung(mount, state.modes[number], state.mode_rates[number])
+            places = state.position + arm @ state.rotation.T
+            # Velocities of a step are of the arms and along the axes that it began with.
+            arm, bent = _swung(mount, begun.modes[number], begun.mode_rates[number])
+            arm, bent, bending = (each @ begun.rotation.T for each in (arm, bent, bending))
+            moving = state.velocity + np.cross(state.angular_velocity, arm) + bending
+            if foreseen:
+                turning = begun.angular_velocity
+                inward = np.cross(turning, np.cross(turning, arm) + 2.0 * bent)
+                moving = moving + 0.5 * time_step * inward
+            if before is not None and len(mount.part.contact_flexibility) > 0:
+                added = (state.impulses[own] - before.impulses[own]) * [0.0, 1.0, 1.0]
+                giving = mount.part.contact_flexibility @ added / time_step**2
+                moving = moving + np.einsum("pra,pr->pa", self.floor.frames(places), giving)
+            position.append(places)
+            velocity.append(moving)
+        impulses = state.impulses[len(self.robot.hub.contact_points) :]
+        return LegContacts.of(self.floor, position, velocity, impulses, time_step)
 
     def rollout(
         self,
@@ -142,7 +156,14 @@ class ReducedRobot:
                 },
             )
 
-        def record(step: int, current: ReducedState) -> None:
+        def advance(held: np.ndarray) -> None:
+            if np.all(held == held[:1]):
+                simulator.advance(held[:1], len(held))
+            else:
+                for command in held:
+                    simulator.advance(command[None], 1)
+
+        def record(step: int, current: ReducedState, before: ReducedState | None) -> None:
             command = commands[max(step - 1, 0)] if len(commands) else current.regulated
             frame = {
                 "time_s": step * time_step,
@@ -155,24 +176,33 @@ class ReducedRobot:
             }
             if record_nodes:
                 frame["node_positions_mm"] = self.node_positions(current).astype(np.float32)
-                frame |= self.leg_contacts(current).recorded()
+                frame |= self.leg_contacts(current, before).recorded()
             for name, value in frame.items():
                 frames.setdefault(name, []).append(value)
             if self._watch is not None and record_nodes:
                 self._watch(trajectory({name: [value] for name, value in frame.items()}, "running"))
 
         status = "completed"
-        record(0, state)
+        record(0, state, None)
         for start in trange(0, len(commands), record_every, disable=not progress, unit="frame"):
             chunk = commands[start : start + record_every]
-            if np.all(chunk == chunk[0]):
-                simulator.advance(chunk[:1], len(chunk))
-            else:
-                for command in chunk:
-                    simulator.advance(command[None], 1)
+            before = state
+            if record_nodes and len(chunk) > 1:
+                advance(chunk[:-1])
+                before = simulator.state(0)
+            advance(chunk[-1:] if record_nodes else chunk)
             if simulator.status[0] != RobotStatus.RUNNING:
                 status = RobotStatus(simulator.status[0]).name.lower()
                 break
             state = simulator.state(0)
-            record(start + len(chunk), state)
+            record(start + len(chunk), state, before)
         return state, trajectory(frames, status)
+
+
+def _swung(mount: Mount, modes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A mount's contact points from the hub's origin [mm] and their velocities by the modes
+    [mm/s], hub's axes, (point, 3) each."""
+    part = mount.part
+    count = part.mode_count
+    arm = mount.pose.apply(part.contact_points + part.contact_modes @ modes[:count])
+    return arm, part.contact_modes @ rates[:count] @ mount.pose.rotation.T

@@ -130,7 +130,7 @@ class Evaluation:
     best_achieved: float | None = None
     """What of it that pair achieved; None as there."""
     status: str = "completed"
-    """``completed``, or that no robot survived."""
+    """``completed``, or that no robot survived, in drawn worlds neither."""
 
     def derived(self) -> dict[str, Any]:
         """Of the worlds, for those who read the file: the pairs by their mean, and the first's."""
@@ -200,12 +200,14 @@ def evaluate(
         for pair, each in zip(pairs, walked, strict=True)
     ]
     best = furthest(evaluated)
+    survived = best.achieved is not None
     notes = _notes(evaluated, run, task.goal) if settings.model == "reduced" else []
     if settings.randomize:
         notes += idle_notes(spec, settings.randomisation)
     if worlds is not None:
         told = toppled_in_worlds_note("one robot or another", worlds.toppled_share)
         notes += [] if told is None else [told]
+        survived = survived or not np.isnan(worlds.achieved).all()
     return Evaluation(
         run=str(run.folder),
         model=settings.model,
@@ -219,7 +221,7 @@ def evaluate(
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,
-        status=status_of(best.achieved if worlds is None else worlds),
+        status=status_of(survived or None),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -360,9 +360,7 @@ def _own_pairs(
             pairs.append(known_pair(pair.gait, pair.design, space, task, action_s, "policy"))
         except ValueError as error:  # of a task with lower pressures, say
             folder.progress.say(f"L{rank} of the run does not walk beside the search: {error}")
-    # In one world there is nothing to repeat.
-    judged = objective if objective.is_robust else replace(objective, evaluation_worlds=1)
-    return best_of_each_design(pairs, environment, space, judged)
+    return best_of_each_design(pairs, environment, space, objective)
 
 
 def _of_same_worlds(own: Mapping[int, DesignGaitPair], objective: Objective) -> tuple[str, ...]:

@@ -87,7 +87,7 @@ class SimulatedWalk:
     """How far any leg went relative to the furthest snapshot it was reduced from; None where that
     is not known, and for finite elements."""
     notes: tuple[str, ...] = ()
-    """Whether the robot left that range."""
+    """Whether the robot left that range, toppled, or was beyond the edges of its ground."""
     replay: str | None = None
     """Page that replays the walk; None of a leg without a skin."""
     film: str | None = None
@@ -158,6 +158,10 @@ def simulate(
     path = trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
     checkpoint.unlink(missing_ok=True)
     told, ended = trajectory.metadata, trajectory.status == "completed"
+    notes = walk_notes("The robot", told.get("range_ratio"), float(trajectory.lean_deg.max()))
+    ground, tracked = robot.physics.ground, trajectory.tracked_point_mm
+    if (left := ground.left_note("The robot", trajectory.time_s, tracked)) is not None:
+        notes = (*notes, left)
     return SimulatedWalk(
         status=trajectory.status,
         design=str(source.design),
@@ -175,7 +179,7 @@ def simulate(
         steps=_read(StepReport, told.get("steps")),
         reason=told.get("reason"),
         range_ratio=told.get("range_ratio"),
-        notes=walk_notes("The robot", told.get("range_ratio"), float(trajectory.lean_deg.max())),
+        notes=notes,
         simulation_wall_s=simulated_s,
         wall_s=time.monotonic() - start,
     )

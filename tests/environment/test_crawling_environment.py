@@ -301,6 +301,44 @@ def test_bad_calls_are_refused() -> None:
         make([Design.parse("4.1.1.0.0.0.0.0")])
 
 
+@pytest.mark.parametrize("refused_by", ["the design", "the builder", "the simulator"])
+def test_designs_that_are_refused_change_nothing(refused_by: str) -> None:
+    """What goes on is the episode of before, in its own physics."""
+    wrong = Design.parse("1.1.1" if refused_by == "the design" else "3.0.0.0.3.0.0.3")
+    redrawn: list[int] = []
+
+    def build(design: Design) -> Design:
+        if refused_by == "the builder" and design == wrong:
+            raise ValueError("no such robot: 3 locations, 3.0")
+        return design
+
+    class Drawn(ViscousCrawler):
+        def redraw(self, number: int) -> None:
+            redrawn.append(number)
+
+        def set_robots(self, robots: Any) -> None:
+            if wrong in robots:
+                raise ValueError("no such robot: 3 locations, 3.0")
+            super().set_robots(robots)
+
+    environment, other = (CrawlingEnvironment(DESIGNS, build, Drawn) for _ in range(2))
+    actions = random_actions(3)
+    for each in (environment, other):
+        each.reset(seed=1)
+        each.step(actions[0])
+    redrawn.clear()
+    with pytest.raises(ValueError, match="3 locations"):
+        environment.reset(seed=2, options={"designs": [*DESIGNS[:0:-1], wrong]})
+    assert redrawn == []
+    assert environment.designs == tuple(DESIGNS)
+    for action in actions[1:]:
+        ours, theirs = environment.step(action), other.step(action)
+        for mine, expected in zip(ours[:4], theirs[:4], strict=True):
+            np.testing.assert_array_equal(mine, expected)
+    environment.reset(seed=2, options={"designs": DESIGNS[::-1]})
+    assert (environment.designs, redrawn) == (tuple(DESIGNS[::-1]), [2])
+
+
 def test_robots_that_are_kept_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     """A design is built again after its robot was forgotten, never twice while it is kept."""
     monkeypatch.setattr("pneumorph.environment.crawling_environment._KEPT_ROBOTS", 2)

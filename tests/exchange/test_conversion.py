@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,9 @@ def test_a_gait_that_is_written_says_its_limit(
     assert read_sorotraj(path).maximum_pressure_kPa == gait.maximum_pressure_kPa
     usual = HeldGait.evenly(np.array([[40.0]]), 1.0)
     assert "maximum_pressure_kPa" not in gait_remarks(write_sorotraj(path, usual))
+    without = replace(gait, maximum_pressure_kPa=np.inf)
+    highest = without.pressure_kPa(0.5).max()
+    assert read_sorotraj(write_sorotraj(path, without)).maximum_pressure_kPa == highest
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,16 @@ from helpers.small_robot import small_robot
 
 import pneumorph.fem.resumable_rollout as resumable
 from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
-from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.resumable_rollout import (
+    _identity,
+    _unusual_hub_friction,
+    resumable_rollout,
+)
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
 from pneumorph.physics.floor import HeightField
+from pneumorph.physics.physics import Physics
 
 COMMANDS = np.tile([30.0, 10.0], (9, 1))
 
@@ -259,3 +265,44 @@ def test_another_robot_does_not_go_on_from_the_checkpoint(tmp_path):
     robots = (usual, lumped, heavy, wavy, flat, tracked, soft)
     assert len({_identity(robot, COMMANDS, 2, 2) for robot in robots}) == len(robots)
     assert _identity(small_robot(), COMMANDS, 2, 2) == _identity(usual, COMMANDS, 2, 2)
+
+
+def on_surface(name, bottom):
+    """The small robot whose hub's points lie on a surface of this name, with its friction on its
+    legs' bottoms."""
+    usual = small_robot()
+    hub = RigidHub(usual.hub.mesh, 0.03, usual.hub.contact_points, name)
+    mounts = [(leg.part, leg.pose, leg.regulators) for leg in usual.legs]
+    given = (("bottom", bottom),)
+    physics = Physics(floor_height_mm=0.0, regulator_count=2, friction_by_surface=given)
+    return FullRobot(hub, mounts, physics, usual.tracked_point)
+
+
+def test_a_hub_of_other_friction_does_not_go_on_from_the_checkpoint():
+    """Settings name coefficients, not which of them the hub has. A hub of the surface ``hub`` has
+    the identity of checkpoints that do not tell, and so has one whose surface makes no difference.
+    """
+    identities = {
+        (name, bottom): _identity(on_surface(name, bottom), COMMANDS, 2, 2)
+        for name in ("hub", "bottom")
+        for bottom in (0.4, Physics().friction)
+    }
+    assert identities["hub", 0.4] != identities["bottom", 0.4]
+    usual = Physics().friction
+    assert identities["hub", usual] == identities["bottom", usual]
+    for robot in (on_surface("hub", 0.4), small_robot(), small_robot(soft=True)):
+        assert _unusual_hub_friction(robot) is None
+
+
+def test_without_commands_there_is_the_settled_frame(tmp_path):
+    """As of reduced robots: one frame, which is told like any piece."""
+    robot, told = small_robot(), []
+    way = resumable_rollout(
+        robot, COMMANDS[:0], tmp_path / "checkpoint.npz", settling_steps=2, watch=told.append
+    )
+    assert way.status == "completed"
+    np.testing.assert_array_equal(way.time_s, [0.0])
+    settled = robot.tracked_point_mm(robot.settled_state(2))
+    np.testing.assert_array_equal(way.tracked_point_mm, settled[None])
+    assert len(told) == 1
+    assert not (tmp_path / "checkpoint.npz").exists()

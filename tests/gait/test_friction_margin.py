@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.crawlers import PHYSICS, STEPPER, crawlers
+from helpers.crawlers import GAIT, PART, PHYSICS, STEPPER, crawlers
 from helpers.small_robot import small_robot
 
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.gait.friction_margin import friction_margin, point_contacts
+from pneumorph.gait.friction_margin import SLIP_MM_PER_S, friction_margin, point_contacts
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.ground import Ground, RoughGround
@@ -158,3 +158,45 @@ def test_bad_input_is_refused() -> None:
     object.__setattr__(still, "contact_force_mN", None)
     with pytest.raises(ValueError, match="holds no contact forces"):
         friction_margin(still, 1.0)
+
+
+@pytest.mark.parametrize("model", ["reduced", "reduced on rough ground", "full"])
+def test_points_slip_where_they_use_all_their_friction_and_nowhere_else(model: str) -> None:
+    """By Coulomb's law, which the solvers obey to 0.01 mm/s: what sticks moves by no more, and what
+    slips a hundred times as fast lies at its cone to that share. Points of the reduced robot give
+    way by 5 mm/N, and its modes move where they stick. Of points that bear a hundredth of a leg."""
+    ground = Ground(rough=RoughGround(2.0, 60.0)) if "rough" in model else Ground()
+    if model == "full":
+        physics = Physics(friction=0.5, regulator_count=2, floor_height_mm=0.0)
+        robot, commands = small_robot(physics), np.tile([20.0, 5.0], (40, 1))
+    else:
+        apart = np.linalg.norm(PART.contact_points[:, None] - PART.contact_points[None], axis=2)
+        part = replace(PART, contact_flexibility=5e-3 * np.exp(-((apart / 8.0) ** 2)))
+        crawler = crawlers()[0]
+        mounts = tuple(replace(mount, part=part) for mount in crawler.mounts)
+        physics = replace(PHYSICS, friction=0.25, damping="objective", ground=ground)
+        robot = ReducedRobot(replace(crawler, mounts=mounts), physics, STEPPER)
+        commands = np.repeat(GAIT[:4], 20, axis=0)
+    _, walked = rollout(robot, commands, record_every=1)
+    pressing, held, sliding = (each[1:] for each in point_contacts(walked))
+    loaded, slips = pressing > 10.0, sliding > SLIP_MM_PER_S
+    used = np.linalg.norm(held, axis=-1) / np.maximum(physics.friction * pressing, 1e-9)
+    sticks = used < 0.99
+    assert np.count_nonzero(loaded & slips) > 20
+    assert np.count_nonzero(loaded & sticks) > 20
+    assert not np.any(loaded & slips & sticks)
+    # Twice, for the single precision of the recording.
+    assert sliding[loaded & sticks].max() < 2.0 * STEPPER.contact_tolerance_mm_per_s
+
+
+def test_velocities_at_contact_do_not_depend_on_how_often_they_are_recorded() -> None:
+    """They are those of the last step before a frame, in walks that are the same to the bit."""
+    robot = ReducedRobot(crawlers()[0], replace(PHYSICS, friction=0.5), STEPPER)
+    commands = np.repeat(GAIT[:3], 10, axis=0)
+    fine, coarse = (rollout(robot, commands, record_every=every)[1] for every in (1, 7))
+    places = [*range(0, 30, 7), 30]
+    for name, values in coarse.arrays().items():
+        if name != "skin_triangles":
+            np.testing.assert_array_equal(values, fine.arrays()[name][places], err_msg=name)
+    bare = rollout(robot, commands, record_every=7, record_nodes=False)[1]
+    np.testing.assert_array_equal(bare.tracked_point_mm, coarse.tracked_point_mm)

@@ -58,3 +58,15 @@ def test_files_that_are_no_gait_are_refused(tmp_path: Path, content: str, messag
 def test_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"nowhere\.csv does not exist"):
         read_gait(tmp_path / "nowhere.csv")
+
+
+@pytest.mark.parametrize(("highest", "named"), [(200.0, True), (60.0, False)])
+def test_a_gait_without_a_limit_is_read_back(highest: float, named: bool, tmp_path: Path) -> None:
+    """Its file names the highest of its pressures, where that is above the usual limit."""
+    held = np.array([[10.0, 0.0], [highest, 5.0]])
+    gait = HeldGait(np.array([0.0, 1.0]), held, 2.0, maximum_pressure_kPa=np.inf)
+    path = write_gait(tmp_path / "gait.csv", gait)
+    read, _ = read_gait(path)
+    np.testing.assert_array_equal(read.held_kPa, held)
+    assert read.maximum_pressure_kPa == (highest if named else 90.0)
+    assert ("maximum" in path.read_text()) is named

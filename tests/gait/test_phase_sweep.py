@@ -60,3 +60,16 @@ def test_failure_at_every_phase_is_said() -> None:
     settings = PhaseSweepSettings(phase_step_deg=90.0, gait=ExpertGait(duration_s=4.0))
     with pytest.raises(ValueError, match="failed at every phase"):
         sweep_phases(viscous_crawler_robot, Broken, settings)
+
+
+def test_a_gait_shorter_than_its_period_is_refused_before_anything_walks() -> None:
+    def build(_: object) -> object:
+        raise AssertionError("nothing is to be built")
+
+    settings = PhaseSweepSettings(gait=ExpertGait(duration_s=3.0))
+    with pytest.raises(
+        ValueError, match=r"gait\.duration_s is 3, expected at least gait\.period_s"
+    ):
+        sweep_phases(build, ViscousCrawler, settings)
+    whole = PhaseSweepSettings(phase_step_deg=90.0, gait=ExpertGait(duration_s=4.0))
+    assert len(sweep_phases(viscous_crawler_robot, ViscousCrawler, whole).backsliding_cm) == 3

@@ -82,3 +82,29 @@ def test_gaits_must_agree_on_the_regulators() -> None:
     gaits = [ExpertGait(), ExpertGait(regulator_count=2)]
     with pytest.raises(ValueError, match=r"gaits command \[2, 3\] regulators"):
         walk(ViscousCrawler(DESIGNS), gaits, duration_s=1.0, time_step_s=0.01)
+
+
+class Righting(ViscousCrawler):
+    """Robots that lie on their backs until they stand up, and turn on from there."""
+
+    _number = 0
+    course_deg = np.array([[np.nan, 30.0], [np.nan, np.nan], [120.0, 40.0], [150.0, np.nan]])
+
+    def advance(self, command_kPa, step_count, active=None) -> None:
+        super().advance(command_kPa, step_count, active)
+        self._number += command_kPa.any()
+
+    @property
+    def left_position_mm(self) -> np.ndarray:
+        return np.zeros(2)
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        return self.course_deg[self._number]
+
+
+def test_a_robot_that_starts_on_its_back_turns_from_where_it_first_faces() -> None:
+    gaits = [HeldGait.evenly(np.full((3, 3), 40.0))] * 2
+    result = walk(Righting(DESIGNS), gaits, duration_s=3.0, time_step_s=1.0, record_step_count=1)
+    expected = [[0.0, 0.0], [0.0, 0.0], [0.0, 10.0], [30.0, 10.0]]
+    np.testing.assert_allclose(result.turned_deg, expected, atol=1e-12)

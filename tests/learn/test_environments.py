@@ -216,3 +216,114 @@ def test_mirror_images_are_made_of_what_is_known_alone() -> None:
     with pytest.raises(ValueError, match="is_symmetric of OneSided is False, expected True"):
         Training(lambda designs: OneSided(usual(designs)), mirrored)
     assert isinstance(usual(SPACE.some(2)), CrawlingEnvironment)
+
+
+class EndsEarly(TaskWrapper):
+    """A centimetre for each action. Episodes end after the fourth, and all that follows fails."""
+
+    def __init__(self, environment: TrainingEnvironment, for_good: bool) -> None:
+        super().__init__(environment)
+        self._for_good, self._passed = for_good, 0
+
+    def reset(self, **settings: Any) -> Any:
+        self._passed = 0
+        return self.env.reset(**settings)
+
+    def step(self, actions: np.ndarray) -> Any:
+        observation, _, terminated, truncated, info = self.env.step(actions)
+        self._passed += 1
+        (terminated if self._for_good else truncated)[:] |= self._passed == 4
+        reward = np.ones(len(actions))
+        status = np.full(len(actions), self._passed > 4, dtype=np.uint8)
+        info = {**info, "forward_travel_cm": reward, "status": status}
+        return observation, reward, terminated, truncated, info
+
+
+@pytest.mark.parametrize("for_good", [True, False])
+def test_nothing_counts_after_an_episode_that_ended_early(for_good: bool) -> None:
+    """Neither as robots learn nor where they are ranked."""
+    settings = settings_of(1)
+    usual = crawling(viscous_crawler_robot, make_simulator, settings)
+    training = Training(lambda designs: EndsEarly(usual(designs), for_good), settings)
+    returns, failed, _ = training.walk_and_learn(np.arange(16), 0)
+    np.testing.assert_array_equal(returns, 4.0)
+    assert not failed.any()
+    pairs = training.evaluate()
+    assert len(pairs) == 16
+    assert {(pair.score_cm, pair.distance_cm, pair.achieved) for pair in pairs} == {(4.0, 4.0, 4.0)}
+
+
+class Blind(TaskWrapper):
+    """The third robot's second number is none in one place."""
+
+    def __init__(self, environment: TrainingEnvironment, place: str) -> None:
+        super().__init__(environment)
+        self._place = place
+
+    def reset(self, **settings: Any) -> Any:
+        observation, info = self.env.reset(**settings)
+        return self._seen("reset", observation), info
+
+    def step(self, actions: np.ndarray) -> Any:
+        observation, *rest, info = self.env.step(actions)
+        if "final_obs" in info:
+            info["final_obs"][2] = self._seen("final_obs", np.stack(info["final_obs"]))[2]
+        return self._seen("step", observation), *rest, info
+
+    def _seen(self, place: str, observation: np.ndarray) -> np.ndarray:
+        seen = observation.copy()
+        if place == self._place:
+            seen[2, 1] = np.nan
+        return seen
+
+
+@pytest.mark.parametrize(
+    ("place", "what"),
+    [
+        ("reset", "observation of reset"),
+        ("step", "observation"),
+        ("final_obs", r'info\["final_obs"\]'),
+    ],
+)
+def test_observations_that_are_not_finite_are_refused(place: str, what: str) -> None:
+    settings = settings_of(1)
+    usual = crawling(viscous_crawler_robot, make_simulator, settings)
+    training = Training(lambda designs: Blind(usual(designs), place), settings)
+    said = f"^{what} of Blind is nan for robot 2 in column 1, expected finite numbers"
+    with pytest.raises(ValueError, match=said):
+        training.run_round()
+
+
+class Rich(TaskWrapper):
+    """Rewards whose squares single precision does not hold."""
+
+    def step(self, actions: np.ndarray) -> Any:
+        observation, reward, *rest = self.env.step(actions)
+        return observation, np.full(len(reward), 1e30), *rest
+
+
+def test_learning_that_diverges_says_so() -> None:
+    settings = settings_of(4)
+    usual = crawling(viscous_crawler_robot, make_simulator, settings)
+    training = Training(lambda designs: Rich(usual(designs)), settings)
+    training.run_round()
+    said = (
+        r"^learning diverged at timestep 512: critic_loss is inf, .*critic_learning_rate is 0\.002"
+    )
+    with pytest.raises(ValueError, match=said):
+        training.run_round()
+
+
+def test_a_policy_that_diverged_is_not_followed() -> None:
+    training = Training(FollowTheClock, settings_of(4, updates=0))
+    for _ in range(2):
+        training.run_round()
+    state = training.learned.state
+    training.learned.state = state.restored(
+        {
+            name: np.full_like(values, np.nan) if values.dtype.kind == "f" else values
+            for name, values in state.arrays().items()
+        }
+    )
+    with pytest.raises(ValueError, match="diverged at timestep 512: the policy's action is nan"):
+        training.run_round()

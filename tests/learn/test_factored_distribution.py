@@ -285,3 +285,18 @@ def test_what_is_known_of_designs_makes_them_candidates_and_weighs_nothing() -> 
     assert {*map(LARGE.twin, designs)} <= {*map(LARGE.twin, found)}
     with pytest.raises(ValueError, match="scores"):
         distribution.know(designs, np.array([15.0, np.nan]), None)
+
+
+def test_designs_that_failed_are_candidates_after_all_others() -> None:
+    """As of spaces that are listed, whatever is expected of them; where nothing else is left, of
+    these."""
+    every = np.arange(len(SMALL))
+    for failing in (every % 2 == 0, np.ones(len(every), dtype=bool)):
+        scores = np.where(failing, -1.0, 1.0) - 1e-3 * every
+        distribution = FactoredDistribution(SMALL, SCHEDULE)
+        distribution.take_round(every, scores, failing)
+        expected = np.where(failing, 30.0, 5.0)
+        found = distribution.candidates(8, expected.__getitem__, np.random.default_rng(0))
+        assert len(set(found.tolist())) == 8
+        assert failing[found].all() == failing.all()
+        assert failing[found].any() == failing.all()

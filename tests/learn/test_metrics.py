@@ -51,6 +51,20 @@ def test_tensorboard_reads_the_same_numbers(tmp_path: Path) -> None:
     assert scalars == [(10, "best_distance_cm", 0.25), (20, "best_distance_cm", 1.5)]
 
 
+def test_tensorboard_forgets_a_training_that_began_anew(tmp_path: Path) -> None:
+    """As the lines do; one that goes on keeps its file beside a new one."""
+    board = tmp_path / TENSORBOARD_FOLDER
+    for number, timestep in enumerate((0, 0, 20)):
+        log = MetricsLog(tmp_path, timestep)
+        for later in (10, 20):
+            log.write({"timestep": timestep + later, "return_mean_cm": 0.5})
+        log.close()
+        (new,) = board.glob("events.out.tfevents.*")
+        new.rename(board / f"kept.{number}")  # the next may be of the same second, by its name
+    assert sorted(file.name for file in board.iterdir()) == ["kept.1", "kept.2"]
+    assert [line["timestep"] for line in read_metrics(tmp_path)] == [10, 20, 30, 40]
+
+
 def _events(folder: Path) -> list[Any]:
     """Events of a TensorBoard folder: records of length, its checksum, event, its checksum."""
     from tensorboardX.proto.event_pb2 import Event

@@ -225,3 +225,18 @@ def test_the_only_beginning_is_never_pooled(tmp_path: Path) -> None:
     run(tmp_path / "usual", ONE)
     ours, theirs = (list(map(timeless, read_metrics(tmp_path / each))) for each in ("one", "usual"))
     assert ours == theirs
+
+
+def test_one_killed_after_its_last_round_evaluates_the_same_designs(tmp_path: Path) -> None:
+    """Among them the best of earlier beginnings, of which it has nothing left to learn."""
+    settings = replace(
+        toy_settings(round_count=2, seed=2, environment_count=4),
+        restarts=2,
+        pooled_restarts=1,
+        evaluated_design_count=6,
+        updates=1,
+    )
+    whole = tmp_path / "whole", run(tmp_path / "whole", settings)
+    with pytest.raises(Killed):
+        run(tmp_path / "stopped", settings, kill_after_round=4)
+    assert_same(tmp_path / "stopped", run(tmp_path / "stopped", settings, resume=True), whole)

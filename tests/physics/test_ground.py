@@ -14,6 +14,7 @@ from pneumorph.physics.ground import Ground, RoughGround, Steps
 from pneumorph.physics.height_grid import HeightGrid
 from pneumorph.physics.height_map import HeightMap
 from pneumorph.physics.physics import Physics
+from pneumorph.physics.start_pose import StartPose
 
 ROUGH = Ground(rough=RoughGround(3.0, 40.0, seed=2))
 
@@ -186,3 +187,42 @@ def test_steps_may_end_where_the_ground_does_and_those_without_a_rise_anywhere()
     assert np.ptp(Ground(steps=Steps(8.0, -1000.0)).grid().nodes[..., 0]) == pytest.approx(8.0)
     assert Ground(steps=Steps(0.0, 5000.0, count=1000)).is_plane
     assert Ground(length_mm=10.0).is_plane
+
+
+def test_a_start_beyond_the_edges_of_a_map_or_of_roughness_is_refused(tmp_path: Path) -> None:
+    """It would be on a level floor while the description tells of the ground."""
+    points = np.array([[-50.0, -40.0, 0.0], [60.0, 40.0, 0.0]])
+    rough = Physics(ground=ROUGH)
+    beyond = replace(rough, start=StartPose(x_mm=1060.0, y_mm=20.0))
+    message = (
+        r"physics\.start\.x_mm and y_mm put the robot from 1010 to 1120 mm along x and from -20 to "
+        r"60 mm along y, .* \(roughness of 3 mm .*\), from -1000 to 1000 mm along x and from -600 "
+        r"to 600 mm along y.*physics\.ground\.length_mm"
+    )
+    with pytest.raises(ValueError, match=message):
+        beyond.floor(points)
+    with pytest.raises(ValueError, match="from 610 to 690 mm along y"):
+        replace(rough, start=StartPose(y_mm=650.0)).floor(points)
+    np.save(tmp_path / "hills.npy", np.eye(101))
+    hills = replace(rough, ground=Ground(HeightMap(tmp_path / "hills.npy")))
+    with pytest.raises(
+        ValueError, match=r"from -50 to 50 mm along x.*make the map larger or move it"
+    ):
+        replace(hills, start=StartPose(x_mm=-120.0)).floor(points)
+    # One that stands partly on it meets it; steps go on at both sides.
+    replace(rough, start=StartPose(x_mm=1040.0)).floor(points)
+    hills.floor(3.0 * points)
+    steps = Ground(steps=Steps(8.0))
+    replace(beyond, ground=steps, start=StartPose(y_mm=5000.0)).floor(points)
+
+
+def test_a_walk_off_a_map_or_roughness_is_told_and_no_other() -> None:
+    time_s = np.array([0.0, 0.1, 0.2])
+    path = np.array([[990.0, 0.0, 9.0], [1000.0, 600.0, 9.0], [1001.0, 0.0, 9.0]])
+    note = ROUGH.left_note("L1", time_s, path)
+    assert note is not None
+    assert note.startswith("L1 was beyond the edges of its ground (roughness of 3 mm")
+    assert "from 0.2 s on" in note
+    assert ROUGH.left_note("L1", time_s[:2], path[:2]) is None
+    assert Ground().left_note("L1", time_s, path) is None
+    assert Ground(steps=Steps(8.0)).left_note("L1", time_s, path) is None

@@ -359,6 +359,15 @@ def test_robots_live_in_their_worlds_and_draws_repeat() -> None:
     np.testing.assert_array_equal(simulator.status, np.zeros(4))
 
 
+def test_robots_that_are_refused_are_not_drawn_again() -> None:
+    robots = [paper_robot("published").assembly(DESIGN)]
+    simulator = RandomisedSimulator(robots, Physics(), Randomisation(), seed=5, world_count=1)
+    with pytest.raises(ValueError, match="expected at least one robot"):
+        simulator.set_robots([])
+    simulator.redraw(1)
+    assert len(simulator.status) == 1
+
+
 def test_worlds_below_a_number_are_the_nominal_one() -> None:
     robots, physics = [paper_robot("published").assembly(DESIGN)], Physics(friction=0.7)
     plain = _walked(BatchedSimulator(robots, physics, thread_count=1))

@@ -17,6 +17,7 @@ from pneumorph.physics.start_pose import StartPose
 from pneumorph.report.physics_words import physics_words
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 ELSEWHERE = StartPose(x_mm=130.0, y_mm=-70.0, heading_deg=50.0)
@@ -162,3 +163,24 @@ def test_it_is_told_and_kept_apart() -> None:
     assert "starts" not in physics_words(PHYSICS)
     assert "start" not in PHYSICS.described()
     assert turned.described()["start"]["heading_deg"] == 50.0
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_turned_robot_of_a_world_starts_on_the_worlds_own_ground(moved: bool) -> None:
+    """On rough ground of its own as it does alone in that world, also once it is put back, and
+    beside one on the plane of the batch."""
+    physics, robot = replace(PHYSICS, start=StartPose(pitch_deg=45.0)), crawlers()[0]
+    plane = World.nominal(physics)
+    worlds = [plane, replace(plane, ground_roughness_mm=0.5, ground_seed=5)]
+    batch = BatchedSimulator([robot] * 2, physics, TIGHT, 1, worlds)
+    if moved:
+        batch.advance(np.zeros((2, 2)), 3)
+        batch.reset()
+    for number, world in enumerate(worlds):
+        own = world.applied_to(physics)
+        alone = BatchedSimulator([robot], own, TIGHT, 1)
+        for name in ("position", "rotation"):
+            np.testing.assert_array_equal(batch.read(name)[number], alone.read(name)[0])
+        pose = Pose(batch.read("rotation")[number], batch.read("position")[number])
+        gap = own.floor(robot.standing_points).gap(pose.apply(robot.standing_points))
+        assert gap.min() == pytest.approx(0.0, abs=1e-9)
