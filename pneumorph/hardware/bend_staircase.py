@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.gait.held_gait import HeldGait
+
+_SAME_STAIR = 1e-9
+"""The highest pressure is on the grid of steps if it is within this share of a step."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +21,7 @@ class BendTestSettings(Checked):
     highest_kPa: Positive = 90.0
     """Highest pressure of the staircase [kPa]."""
     step_kPa: Positive = 10.0
-    """Pressure step [kPa]."""
+    """Pressure step [kPa]; the last is smaller where the highest pressure is no multiple of it."""
     hold_s: Positive = 10.0
     """How long each pressure is held, so that the bend can be read [s]."""
     repeats: Count = 3
@@ -32,8 +36,9 @@ class BendTestSettings(Checked):
 
     @property
     def pressures_kPa(self) -> np.ndarray:
-        """The stairs [kPa]."""
-        return np.arange(self.step_kPa, self.highest_kPa + 0.5 * self.step_kPa, self.step_kPa)
+        """The stairs [kPa], none above the highest, which is the last."""
+        count = math.ceil(self.highest_kPa / self.step_kPa - _SAME_STAIR)
+        return np.append(self.step_kPa * np.arange(1, count), self.highest_kPa)
 
     def gait(self, regulator_count: int) -> HeldGait:
         """The staircase."""

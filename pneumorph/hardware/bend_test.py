@@ -23,6 +23,9 @@ from pneumorph.reduction.reduced_part import ReducedPart
 MOST_KPA = 3000.0
 """Nobody inflates a soft leg with more: the published one is simulated with 345."""
 
+CLEAR_BEND = 0.1
+"""A bend of this share of the largest is that of an inflated leg, and no noise of a reading."""
+
 Progress = Callable[[int, int, str], None]
 """Told (done, total, message)."""
 
@@ -162,9 +165,10 @@ def equal_bend_pairs(
     would tilt the line: these pressures take no part in it.
 
     Raises:
-        ValueError: A bend beyond the curve, or fewer than three bends at pressures that bend the
-            leg.
+        ValueError: A bend beyond the curve, one that is not positive where the leg bends clearly,
+            or fewer than three bends at pressures that bend the leg.
     """
+    _refuse_slips(pressure_kPa, bend_deg)
     straight = pressure_kPa[~(bend_deg > 0.0)]
     bent = pressure_kPa > straight.max(initial=0.0)
     if bent.sum() < 3:
@@ -175,3 +179,24 @@ def equal_bend_pairs(
             "towards the paper side"
         )
     return PressurePairs(pressure_kPa[bent], curve.pressure(bend_deg[bent]))
+
+
+def _refuse_slips(pressure_kPa: np.ndarray, bend_deg: np.ndarray) -> None:
+    """Refuse a bend that is not positive at a pressure at which, or below which, the leg bends
+    clearly: all that was measured up to there would be taken for noise.
+
+    Raises:
+        ValueError: There is one; names its row and one that it contradicts.
+    """
+    clear = bend_deg > CLEAR_BEND * np.abs(bend_deg).max(initial=0.0)
+    for row in np.flatnonzero(~(bend_deg > 0.0)):
+        others = np.flatnonzero(clear & (pressure_kPa <= pressure_kPa[row]))
+        if not len(others):
+            continue
+        other = others[np.argmax(bend_deg[others])]
+        raise ValueError(
+            f"row {row + 1}: the bend at {pressure_kPa[row]:g} kPa is {bend_deg[row]:g} degrees, "
+            f"expected a positive one: row {other + 1} has {bend_deg[other]:g} degrees at "
+            f"{pressure_kPa[other]:g} kPa; likely cause: a slip of the sign, or a reading that was "
+            "not taken"
+        )

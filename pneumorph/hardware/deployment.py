@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from pneumorph.hardware.deployment_log import STOPPED, DeploymentLog, LogError
-from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver
+from pneumorph.hardware.driver import Clock, DriverError, ForeignDeviceError, RegulatorDriver
 from pneumorph.hardware.guardian import vent
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import Schedule
@@ -54,6 +54,8 @@ class DeploymentReport:
     pressure_fell: tuple[bool | None, ...] = field(default=(), kw_only=True)
     """Of each channel, whether its pressure fell once zero was taken; None where nobody sensed it.
     Empty in reports of earlier versions."""
+    skipped_count: int = field(default=0, kw_only=True)
+    """Commands that were never sent: the next was due when the rig had taken the one before."""
 
     @property
     def ending(self) -> str:
@@ -86,6 +88,8 @@ def deploy(
         progress: Told how many commands are done.
 
     Raises:
+        ForeignDeviceError: Another device than the rig's answers; nothing was commanded, and so
+            nothing is vented.
         ValueError: The rig is none that can be watched; nothing has been sent yet.
     """
     state = _Run(schedule, driver, rig, log, clock, guardian, progress)
@@ -94,6 +98,11 @@ def deploy(
         try:
             driver.open()
             state.follow(signals)
+        except ForeignDeviceError as error:
+            driver.close()
+            with suppress(LogError):
+                log.event(0.0, f"{STOPPED}{error}")
+            raise
         except (DriverError, LogError, ValueError) as error:
             reason = str(error)
         except BaseException as error:
@@ -123,7 +132,7 @@ class _Run:
         self._watch = PressureWatch(rig)
         self._start_s = clock.now_s()
         self._worst_delay_s = 0.0
-        self._sample_count = 0
+        self._sample_count = self._skipped_count = 0
         self._log_problem: str | None = None
         self._zero = np.zeros(len(rig.channels))
 
@@ -150,6 +159,7 @@ class _Run:
             place = min(schedule.place(now), len(schedule.time_s) - 1)
             if place > given:
                 # A command that was missed is skipped: what counts is what holds now.
+                self._skipped_count += place - given - 1
                 self._worst_delay_s = max(self._worst_delay_s, now - schedule.time_s[given + 1])
                 commanded = schedule.pressure_kPa[place]
                 self._log.command(now, commanded)
@@ -159,6 +169,7 @@ class _Run:
                 if self._progress is not None:
                     self._progress(given + 1, len(schedule.time_s), "deploying")
             sensed = self._driver.sense()
+            self._beat()  # the next one comes a sample later
             now = self._now()
             self._log.row(now, commanded, sensed)
             self._sample_count += 1
@@ -221,6 +232,7 @@ class _Run:
             self._worst_delay_s,
             self._sample_count,
             pressure_fell=fell,
+            skipped_count=self._skipped_count,
         )
 
     def _doubt(self, anew: bool) -> str | None:

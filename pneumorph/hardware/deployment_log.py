@@ -122,6 +122,16 @@ class LoggedPressures:
                 return time_s, event.removeprefix(STOPPED)
         return None
 
+    @property
+    def driven_s(self) -> float:
+        """Until when the gait is known to have been commanded [s]: the run may have been stopped,
+        or the log been cut off. Infinity where fewer than two samples tell."""
+        if self.stopped is not None:
+            return self.stopped[0]
+        if len(self.time_s) < 2:
+            return np.inf
+        return float(self.time_s[-1] + np.median(np.diff(self.time_s)))
+
 
 def read_log(path: Path | str) -> LoggedPressures:
     """Read a log, whole or cut off in its last row; pressures in the units that its header names.

@@ -12,6 +12,16 @@ class DriverError(OSError):
     """The rig cannot be commanded or read: lost connection, late or senseless answer."""
 
 
+class ForeignDeviceError(DriverError):
+    """Another device than the rig's answers. Its line is closed, and it is sent nothing more:
+    nothing was commanded, so there is nothing to vent."""
+
+
+def is_clear(answer: str) -> bool:
+    """Whether an answer says something: printable, and not numbers alone, which may be readings."""
+    return answer.isascii() and answer.isprintable() and any(map(str.isalpha, answer))
+
+
 class Clock(Protocol):
     """Tells and passes time; the virtual rig has one of its own."""
 
@@ -54,7 +64,8 @@ class RegulatorDriver(Protocol):
         """Connect, check who answers, and command zero.
 
         Raises:
-            DriverError: Nothing or the wrong thing answers.
+            ForeignDeviceError: Another device says clearly who it is.
+            DriverError: Nothing answers, or nothing that makes sense.
         """
 
     def command(self, pressure_kPa: np.ndarray) -> None:

@@ -9,28 +9,40 @@ Four formats are told apart by their header:
 - SLEAP: ``track,frame_idx,instance.score,NODE.x,NODE.y,NODE.score``.
 
 The last three give pixels, or whatever unit their user chose: `VideoSettings` turns them into mm. A
-second marker in front of the first tells how the robot turns.
+second marker in front of the first tells how the robot turns. Of a track of ours, when the gait
+starts and which direction is forward are told by `VideoSettings` too, and nothing else.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from pneumorph.base.artefact import read_text, reading, write_atomically
 from pneumorph.base.checked import Checked, Positive, rises
+from pneumorph.base.layers import changed_flags
 from pneumorph.environment.goal import Goal
-from pneumorph.hardware.measured_table import read_measured_table
+from pneumorph.hardware.measured_table import (
+    decimal_comma_note,
+    delimiter_of,
+    read_measured_table,
+)
 
 LOST_S = 0.5
 LOST_POINTS = 5.0
 """A marker that was not seen for longer, and for so many times the usual distance of points, was
 lost: where it was meanwhile is not the straight line between."""
+
+_FOR_ALL_TRACKS = ("--start-s", "--heading-deg")
+"""What `VideoSettings` tell of tracks that name their units."""
+
+_TRACKER_HEADER = re.compile(r"\s*t\s*[,;\t]")
 
 
 @dataclass(frozen=True)
@@ -38,7 +50,7 @@ class VideoSettings(Checked):
     """How the positions in a video tracker's table become millimetres on the floor."""
 
     units_per_mm: Positive = 1.0
-    """Pixels (or the tracker's units) per millimetre."""
+    """Pixels (or the tracker's units) per millimetre, of a table that does not name its units."""
     frames_per_second: Positive = 30.0
     """Frame rate of the video, for a table that counts frames [1/s]."""
     start_s: float = 0.0
@@ -146,14 +158,16 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
             turned = {"turned": "deg"} if any(name.startswith("turned_") for name in head) else {}
             table = read_measured_table(path, {"time": "s", "x": "mm", "y": "mm", **turned})
             position_mm = np.column_stack([table["x"], table["y"]])
-            return MarkerTrack(table["time"], position_mm, table.get("turned"))
+            own = replace(video, units_per_mm=1.0, y_down=False)
+            return replace(_placed(table["time"], position_mm, own), turned_deg=table.get("turned"))
         if head and head[0] == "scorer":
             return _track_of(lambda marker: _deeplabcut(rows, marker, video), video)
         if "frame_idx" in head:
             return _track_of(lambda marker: _sleap(rows, marker, video), video)
         for place in range(min(2, len(rows))):
             if rows[place][:3] == ["t", "x", "y"]:
-                values = np.array([[float(v) for v in row[:3]] for row in rows[place + 1 :]])
+                cells = [[_number(text) for text in row[:3]] for row in _below(rows, place)]
+                values = np.array(cells).reshape(-1, 3)
                 return _placed(values[:, 0], values[:, 1:], video)
     except (ValueError, IndexError) as error:
         raise ValueError(f"track {path}: {error}") from error
@@ -174,6 +188,24 @@ def says_its_units(path: Path) -> bool:
     return bool(rows) and _says_its_units(rows[0])
 
 
+def track_notes(path: Path, video: VideoSettings) -> list[str]:
+    """What to tell of a track that `read_track` reads: that its scale is not known, or settings
+    that change nothing of it."""
+    if says_its_units(path):
+        given = changed_flags(VideoSettings(), video)
+        idle = [f"--video.{flag[2:]}" for flag in given if flag not in _FOR_ALL_TRACKS]
+        told = f"its columns name their units, and {', '.join(idle)} changes nothing of it"
+        return [told] if idle else []
+    if video.units_per_mm != VideoSettings.units_per_mm:
+        return []
+    return [
+        "its table does not name its units: positions are counted as mm (--video.units-per-mm "
+        f"{video.units_per_mm:g}), and frames, of a table that counts them, at "
+        f"{video.frames_per_second:g} a second (--video.frames-per-second); distances of a table "
+        "in pixels are wrong by their scale"
+    ]
+
+
 def _says_its_units(head: Sequence[str]) -> bool:
     return any(name.startswith(("time_", "x_")) for name in head)
 
@@ -181,10 +213,28 @@ def _says_its_units(head: Sequence[str]) -> bool:
 def _rows(path: Path) -> list[list[str]]:
     """Cells of a track's file, its header's first, without remarks and empty lines."""
     text = read_text(path, "track")
-    delimiter = next((mark for mark in ("\t", ";") if mark in text.split("\n", 2)[-1]), ",")
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    # Above Tracker's header is a line with the mass's name.
+    header = next((line for line in lines[:2] if _TRACKER_HEADER.match(line)), "".join(lines[:1]))
     with reading(path, "track"):
-        return [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+        table = csv.reader(lines, delimiter=delimiter_of(header))
+        return [[cell.strip() for cell in row] for row in table]
+
+
+def _below(rows: list[list[str]], head: int) -> list[list[str]]:
+    """Rows below a header's, each as long as that: programs leave out cells at the end.
+
+    Raises:
+        ValueError: A row is longer.
+    """
+    width = len(rows[head])
+    for number, row in enumerate(rows[head + 1 :], start=1):
+        if any(row[width:]):
+            raise ValueError(
+                f"row {number} is {','.join(row)!r}, expected {width} cells as in the header; "
+                "numbers may have decimal commas, where points are expected"
+            )
+    return [[*row[:width], *[""] * (width - len(row))] for row in rows[head + 1 :]]
 
 
 def write_track(path: Path | str, track: MarkerTrack) -> Path:
@@ -238,11 +288,16 @@ def _track_of(
 def _deeplabcut(
     rows: list[list[str]], marker: str, video: VideoSettings
 ) -> tuple[np.ndarray, np.ndarray]:
+    if rows[1][0] == "individuals":
+        raise ValueError(
+            "its second row is 'individuals', as of several animals, expected the table of one: "
+            "rows scorer, bodyparts, coords, such as an export of the robot alone"
+        )
     parts, coordinates = rows[1], rows[2]
     name = _marker(sorted(set(parts[1:]), key=parts.index), marker)
     column = {c: i for i, c in enumerate(coordinates) if parts[i] == name}
     times, points = [], []
-    for row in rows[3:]:
+    for row in _below(rows, 2):
         trusted = "likelihood" not in column or _number(row[column["likelihood"]]) >= (
             video.least_likelihood
         )
@@ -261,7 +316,7 @@ def _sleap(
     x, y, frame = head.index(f"{name}.x"), head.index(f"{name}.y"), head.index("frame_idx")
     score = head.index(f"{name}.score") if f"{name}.score" in head else None
     times, points = [], []
-    for row in rows[1:]:
+    for row in _below(rows, 0):
         # A score that is missing or NaN is trusted by nobody.
         trusted = score is None or _number(row[score]) >= video.least_likelihood
         if not row[x] or not trusted:
@@ -278,7 +333,14 @@ def _marker(known: list[str], wanted: str) -> str:
 
 
 def _number(text: str) -> float:
-    return float(text) if text else math.nan
+    if not text:
+        return math.nan
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"{text!r} is no number, expected one such as 12.5{decimal_comma_note(text)}"
+        ) from None
 
 
 def _placed(time_s: np.ndarray, points: np.ndarray, video: VideoSettings) -> MarkerTrack:

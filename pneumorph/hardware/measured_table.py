@@ -1,5 +1,8 @@
 """Measured tables: CSV whose header names each column with its unit, read into the house's units.
 
+Columns are separated by commas, semicolons or tabs, as the header has them; numbers have decimal
+points.
+
 Every conversion from a laboratory's units is in this file.
 """
 
@@ -62,6 +65,7 @@ def read_measured_table(path: Path | str, columns: Mapping[str, str]) -> dict[st
             if not math.isfinite(value):
                 raise ValueError(
                     f"{path}, row {number}: {header[place]} is {text!r}, expected a finite number"
+                    + decimal_comma_note(text)
                 )
             table[name].append(value * factor)
     return {name: np.array(values) for name, values in table.items()}
@@ -80,10 +84,21 @@ def read_rows(path: Path | str) -> tuple[list[str], list[list[str]]]:
         if line.strip() and not line.startswith("#")
     ]
     with reading(path, "table"):
-        header, *rows = list(csv.reader(lines)) or [[]]
+        mark = delimiter_of(lines[0]) if lines else ","
+        header, *rows = list(csv.reader(lines, delimiter=mark)) or [[]]
     if not rows:
         raise ValueError(f"measured table {path} has no rows, expected a header and rows below it")
     return [name.strip() for name in header], rows
+
+
+def delimiter_of(header: str) -> str:
+    """What separates the columns of a table: a comma, semicolon or tab, as in its header's line."""
+    return max(",;\t", key=header.count)
+
+
+def decimal_comma_note(text: str) -> str:
+    """What to add where a text is no number, if a decimal comma may be the cause."""
+    return "; it has a decimal comma, expected a decimal point" if "," in text else ""
 
 
 def unit_factor(path: Path | str, column: str, given: str, unit: str, expected: str = "") -> float:

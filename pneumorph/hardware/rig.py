@@ -150,7 +150,7 @@ class RigSettings(Checked):
     update_interval_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="a gait held for longer is another gait")
     ] = 0.33
-    """Time between commands [s]; a 9129B takes 0.2 s for one and its check."""
+    """Time between commands [s]; a 9129B takes twice its `command_time_s` for one and its check."""
     sample_interval_s: Annotated[
         float, Bounds(least=0.001, why="no sensor is read more often, and a log has a row for each")
     ] = 0.1
@@ -210,6 +210,13 @@ class RigSettings(Checked):
                 f"{self.safety.watchdog_s} s: it beats once a sample"
             )
         self._refuse_slow_answers()
+        busy_s = 2.0 * self.command_time_s
+        if self.driver == "9129b" and self.update_interval_s < busy_s:
+            raise ValueError(
+                f"update_interval_s is {self.update_interval_s:g} s, expected at least twice "
+                f"command_time_s, {busy_s:g} s: a 9129B is busy that long with a command and the "
+                "question whether it took it, and commands in between would never be sent"
+            )
 
     def _refuse_slow_answers(self) -> None:
         """Refuse a call that the guardian would take for silence: between two beats a 9129B takes a

@@ -15,9 +15,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.driver import DriverError, ForeignDeviceError, is_clear
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.serial_line import SerialLine, numbers
+
+NAME = "pneumorph"
+"""How a controller's greeting begins."""
 
 
 class SerialController:
@@ -33,13 +36,23 @@ class SerialController:
         self._line = SerialLine(rig.resource, rig.baud_rate, rig.reply_timeout_s)
 
     def open(self) -> None:
-        """Open the port, check who answers, and vent."""
+        """Open the port, check who answers, and vent.
+
+        Raises:
+            ForeignDeviceError: Another device greets, twice the same.
+            DriverError: No answer, or none that makes sense.
+        """
         self._line.open()
-        greeting = self._line.greet("?")
-        if greeting != f"pneumorph {self._count}":
-            raise DriverError(
-                f"{self._rig.resource} greets with {greeting!r}, expected 'pneumorph {self._count}'"
-            )
+        greeting, expected = self._line.greet("?"), f"{NAME} {self._count}"
+        if greeting != expected:
+            told = f"{self._rig.resource} greets with {greeting!r}, expected {expected!r}"
+            foreign = is_clear(greeting) and not greeting.startswith(NAME)
+            if foreign and self._line.ask("?") == greeting:
+                self._line.close()
+                raise ForeignDeviceError(
+                    f"{told}; the port may be another device's, and nothing was commanded"
+                )
+            raise DriverError(told)
         self.vent()
 
     def command(self, pressure_kPa: np.ndarray) -> None:

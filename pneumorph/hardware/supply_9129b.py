@@ -12,11 +12,14 @@ from contextlib import suppress
 from typing import Any
 
 from pneumorph.base.optional_package import optional_package
-from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.driver import DriverError, ForeignDeviceError, is_clear
 from pneumorph.hardware.serial_line import numbers
 
 _CLOSE_V = 0.005
 """Outputs are set in steps of a millivolt; more is another setting [V]."""
+
+_IDENTITY_FIELDS = 4
+"""Maker, model, serial number and firmware (IEEE 488.2)."""
 
 
 class Supply9129B:
@@ -53,15 +56,21 @@ class Supply9129B:
             volts: What the outputs begin with: the regulators' zero, which need not be 0 V [V].
 
         Raises:
-            DriverError: No answer, or not from a 9129B.
+            ForeignDeviceError: Another instrument tells its identity, twice the same.
+            DriverError: No answer, or none that makes sense.
         """
         self._connect()
         identity = self._query("*IDN?")
         if "9129B" not in identity:
-            raise DriverError(
+            told = (
                 f"{self._resource} is {identity!r}, expected a BK Precision 9129B; the resource "
                 "may be another instrument's"
             )
+            whole = is_clear(identity) and len(identity.split(",")) >= _IDENTITY_FIELDS
+            if whole and self._query("*IDN?") == identity:
+                self.close()
+                raise ForeignDeviceError(f"{told}, and nothing was commanded")
+            raise DriverError(told)
         for message in ("*CLS", "SYST:REM", _set(volts), "OUTP:STAT:ALL ON"):
             self._write(message)
         self.check()

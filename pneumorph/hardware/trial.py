@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.deployment_log import LoggedPressures, read_log
-from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track
+from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track, track_notes
 
 LOG_FILE = "log.csv"
 TRACK_PATTERN = "track*"
+SCHEDULE_FILE = "schedule.csv"
+"""Of a deployment, beside its trials' folders."""
 
 OTHER_UNIT = 50.0
 """A video that lasts this many times as long as the log, or the other way round, is taken to be
@@ -32,19 +36,14 @@ class Trial:
     name: str
     pressures: LoggedPressures
     track: MarkerTrack
+    notes: tuple[str, ...] = ()
+    """What to tell of how its track was read."""
 
     @property
     def end_s(self) -> float:
         """Until when the gait is known to have been walked and seen [s]: its track may go on behind
         a run that was stopped, or a log that was cut off."""
-        log = self.pressures
-        if log.stopped is not None:
-            driven_s = log.stopped[0]
-        elif len(log.time_s) > 1:
-            driven_s = float(log.time_s[-1] + np.median(np.diff(log.time_s)))
-        else:
-            driven_s = np.inf
-        return min(driven_s, float(self.track.time_s[-1]))
+        return min(self.pressures.driven_s, float(self.track.time_s[-1]))
 
     def driven_kPa(self, time_s: np.ndarray) -> np.ndarray:
         """Pressure that drove the robot at given times [real kPa], (time, channel).
@@ -89,31 +88,70 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
         raise ValueError(f"{folder} holds {[each.name for each in tracks]}, expected one track")
     log, track = read_log(folder / LOG_FILE), read_track(tracks[0], video)
     _check_times(log, folder / LOG_FILE, track, tracks[0])
-    return Trial(folder.name, log, track)
+    return Trial(folder.name, log, track, tuple(track_notes(tracks[0], video or VideoSettings())))
 
 
 def read_trials(run: Path, video: VideoSettings | None = None) -> tuple[list[Trial], list[str]]:
-    """Read the trials of a deployment, but those that were stopped and whose video nobody tracked.
+    """Read the trials of a deployment, but those that ended before the gait, stopped or with their
+    log cut off, and whose video nobody tracked.
 
     Returns:
         The trials, and the names of those that are left out.
 
     Raises:
-        FileNotFoundError: There are none, one that was not stopped has no track, or no trial has.
+        FileNotFoundError: There are none, one that walked to the end has no track, or no trial has.
         ValueError: As `read_trial`.
     """
     folders = trial_folders(run)
-    unseen = [each for each in folders if _stopped_unseen(each)]
+    early = _ended_early(run, folders)
+    unseen = [each for each in early if not any(each.glob(TRACK_PATTERN))]
     if len(unseen) == len(folders):
         unseen = []  # the first one says what is missing
     trials = [read_trial(each, video) for each in folders if each not in unseen]
     return trials, [each.name for each in unseen]
 
 
-def _stopped_unseen(folder: Path) -> bool:
-    if any(folder.glob(TRACK_PATTERN)):
-        return False
-    return read_log(folder / LOG_FILE).stopped is not None
+def folders_to_fit(run: Path) -> tuple[list[Path], list[str]]:
+    """Folders of a deployment's trials, but those that ended before the gait, stopped or with their
+    log cut off, where others did not.
+
+    Returns:
+        The folders, and what to tell.
+
+    Raises:
+        FileNotFoundError: There are none.
+        ValueError: A log, or the schedule, cannot be read.
+    """
+    folders = trial_folders(run)
+    early = _ended_early(run, folders)
+    if not early:
+        return folders, []
+    told = f"{', '.join(each.name for each in early)}: stopped or cut off before the gait's end"
+    if len(early) == len(folders):
+        return folders, [f"{told}, as all trials are; fitted to as far as they went"]
+    return [each for each in folders if each not in early], [f"{told}; left out"]
+
+
+def notes_of(trials: Sequence[Trial]) -> list[str]:
+    """What to tell of how tracks were read, once of all of which it is the same."""
+    told = dict.fromkeys(note for trial in trials for note in trial.notes)
+    return [
+        f"{', '.join(trial.name for trial in trials if note in trial.notes)}: {note}"
+        for note in told
+    ]
+
+
+def _ended_early(run: Path, folders: Sequence[Path]) -> list[Path]:
+    """Folders of trials that were stopped, or whose log ends before the gait that was scheduled."""
+    schedule, gait_s = run / SCHEDULE_FILE, 0.0
+    if schedule.is_file():
+        gait_s = read_gait(schedule, maximum_pressure_kPa=np.inf)[0].duration_s
+
+    def early(log: LoggedPressures) -> bool:
+        cut_off = len(log.time_s) < 2 or log.driven_s < gait_s
+        return log.stopped is not None or (gait_s > 0.0 and cut_off)
+
+    return [each for each in folders if early(read_log(each / LOG_FILE))]
 
 
 def _check_times(

@@ -83,7 +83,7 @@ def sense_until_fallen(
         rig: Its interval of samples and its sensors.
         clock: The run's.
         start_s: Time of the clock at which the run's time is zero [s].
-        beat: Called once a sample; must not raise.
+        beat: Called before and after each sample; must not raise.
         told: Called with time [s], commands and readings [kPa] of each sample; must not raise.
     """
     sensors, zero = rig.has_sensor, np.zeros(len(rig.channels))
@@ -98,12 +98,13 @@ def sense_until_fallen(
     fault: str | None = None
     silence: str | None = None
     for _ in range(most):
-        beat()
         try:
             clock.wait_until(start_s + now_s + rig.sample_interval_s)
+            beat()
             last, silence = driver.sense(), None
         except Exception as error:  # whatever it is, the next answer may come
             silence = f"after venting nothing is sensed: {error}"
+        beat()
         now_s = clock.now_s() - start_s
         if silence is None:
             told(now_s, zero, last)

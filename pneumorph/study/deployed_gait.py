@@ -28,13 +28,19 @@ from pneumorph.gait.vented_gait import VentedGait
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.deployment import DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog
-from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver, WallClock
+from pneumorph.hardware.driver import (
+    Clock,
+    DriverError,
+    ForeignDeviceError,
+    RegulatorDriver,
+    WallClock,
+)
 from pneumorph.hardware.guardian import Guardian
 from pneumorph.hardware.marker_track import write_track
 from pneumorph.hardware.open_driver import open_driver
 from pneumorph.hardware.rig import Channel, RigSettings, load_rig
 from pneumorph.hardware.schedule import Schedule, plan_schedule
-from pneumorph.hardware.trial import LOG_FILE
+from pneumorph.hardware.trial import LOG_FILE, SCHEDULE_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.hardware.watch import PressureWatch
 from pneumorph.physics.calibration import UsedCalibration
@@ -47,7 +53,6 @@ from pneumorph.study.recorded_walk import Model
 from pneumorph.study.robot_at_rig import calibrated, with_air
 from pneumorph.study.virtual_reality import VirtualReality
 
-SCHEDULE_FILE = "schedule.csv"
 BENDS_FILE = "bends.csv"
 
 
@@ -361,6 +366,9 @@ def _real_trials(
             report = _driven(plan, open_driver(plan.rig), WallClock(), guardian, name)
             vented = report.vented
             return TrialOutcome(**vars(report), trial=name)
+        except ForeignDeviceError:
+            vented = True  # nothing was commanded, and another's device is sent nothing
+            raise
         finally:
             guardian.dismiss(vented)
 
@@ -397,13 +405,25 @@ def _each_trial(
     achieved = [each.achieved for each in trials if each.achieved is not None]
     ratios = [each.range_ratio for each in trials if each.range_ratio is not None]
     note = range_note("the virtual rig's robot", max(ratios, default=None))
+    skipped = [f"{each.skipped_count} in {each.trial}" for each in trials if each.skipped_count]
     return replace(
         planned,
         trials=tuple(trials),
         mean_distance_cm=float(np.mean(known)) if known else None,
         spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
         mean_achieved=float(np.mean(achieved)) if achieved else None,
-        notes=() if note is None else (note,),
+        notes=(
+            *([] if note is None else [note]),
+            *([_skipped_note(", ".join(skipped), plan.rig)] if skipped else []),
+        ),
+    )
+
+
+def _skipped_note(skipped: str, rig: RigSettings) -> str:
+    return (
+        f"commands were never sent ({skipped}): the rig took longer with the ones before than "
+        f"update_interval_s, {rig.update_interval_s:g} s, so the robot was driven with another "
+        f"gait than {SCHEDULE_FILE}; a longer interval gives it time"
     )
 
 

@@ -13,13 +13,22 @@ from pneumorph.base.run_folder import SUMMARY
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.hardware.deployment_log import COMMAND
 from pneumorph.hardware.marker_track import VideoSettings
-from pneumorph.hardware.trial import Trial, read_trials, trial_folders
+from pneumorph.hardware.trial import (
+    SCHEDULE_FILE,
+    Trial,
+    notes_of,
+    read_trials,
+    trial_folders,
+)
 from pneumorph.hardware.trial_comparison import check_length
 from pneumorph.physics.calibration import NOT_CALIBRATED, UsedCalibration
 from pneumorph.robot.design import Design
-from pneumorph.study.deployed_gait import SCHEDULE_FILE
 from pneumorph.study.finished_run import FinishedRun
+
+SAME_COMMAND_S = 1e-3
+"""A log tells times to 0.1 ms, and no two commands are that near."""
 
 SAME_LINE = 1e-3
 """Calibrations whose lines differ by a smaller share convert pressures alike, to 0.1 kPa."""
@@ -49,7 +58,7 @@ class DeployedRobot:
             notes: Receives what to tell.
 
         Raises:
-            FileNotFoundError: It has no trials, or one that was not stopped no track.
+            FileNotFoundError: It has no trials, or one that walked to the end no track.
             ValueError: It is a bend test.
         """
         if not (run / SCHEDULE_FILE).is_file():
@@ -59,9 +68,12 @@ class DeployedRobot:
             raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
         tracked, unseen = read_trials(run, video)
         if unseen:
-            notes.append(f"{label}: {', '.join(unseen)}: stopped, and without a track; left out")
+            notes.append(
+                f"{label}: {', '.join(unseen)}: stopped or cut off, and without a track; left out"
+            )
         trials, told = whole_trials(label, tracked, gait.duration_s, step_s)
-        notes += [*told, *lost_notes(label, trials)]
+        notes += [*told, *lost_notes(label, trials), *skipped_notes(label, trials, gait)]
+        notes += [f"{label}: {note}" for note in notes_of(trials)]
         check_length(label, gait.duration_s, trials, step_s)
         return cls(label, run, gait, Design.parse(comments["design"]), trials)
 
@@ -166,3 +178,31 @@ def lost_notes(label: str, trials: Sequence[Trial]) -> list[str]:
         f"{label}: the marker was not seen in {', '.join(told)}: the path is taken for a straight "
         "line there, and rewards of those steps and slides back are those of the line"
     ]
+
+
+def skipped_notes(label: str, trials: Sequence[Trial], gait: HeldGait) -> list[str]:
+    """What to tell of trials whose logs lack commands of their schedule: the rig was too slow.
+
+    Args:
+        label: Name of the robot.
+        trials: Its trials.
+        gait: The schedule.
+    """
+    skipped = {trial.name: _skipped_count(trial, gait) for trial in trials}
+    told = ", ".join(f"{count} in {name}" for name, count in skipped.items() if count)
+    if not told:
+        return []
+    return [
+        f"{label}: commands of {SCHEDULE_FILE} were never sent ({told} of {len(gait.start_s)}), as "
+        "the rig was too slow for them: the robot was driven with another gait than is simulated"
+    ]
+
+
+def _skipped_count(trial: Trial, gait: HeldGait) -> int:
+    """How many commands were due before one that was sent, and were not sent."""
+    log = trial.pressures
+    end_s = np.inf if log.stopped is None else log.stopped[0]  # when zero was commanded
+    sent_s = [time_s for time_s, event in log.events if event == COMMAND and time_s < end_s]
+    due_s = np.append(gait.start_s, gait.duration_s) - SAME_COMMAND_S
+    places = np.searchsorted(due_s, sent_s, side="right")
+    return int(places.max(initial=0)) - len(np.unique(places))

@@ -104,7 +104,17 @@ def _pairs_of_bends(
         rotation=spec.physics.rotation,
         progress=folder.progress,
     )
-    return equal_bend_pairs(pressure, bend, curve)
+    try:
+        pairs = equal_bend_pairs(pressure, bend, curve)
+    except ValueError as error:
+        raise ValueError(f"{settings.bends}: {error}") from error
+    below = pressure[pressure < pairs.real_kPa.min()]
+    if len(below):
+        folder.progress.say(
+            f"{len(below)} of {len(pressure)} measured bends are left out, those up to "
+            f"{below.max():g} kPa: the leg is not inflated, or does not bend yet"
+        )
+    return pairs
 
 
 def _write_pairs(path: Path, pairs: PressurePairs) -> None:

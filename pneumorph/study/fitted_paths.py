@@ -11,7 +11,7 @@ from pneumorph.catalogue.idle_numbers import idle_numbers
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.marker_track import MarkerTrack
 from pneumorph.hardware.parameter_fit import BOUNDS, ParameterFit, fit_parameters
-from pneumorph.hardware.trial import read_trial, trial_folders
+from pneumorph.hardware.trial import folders_to_fit, notes_of, read_trial
 from pneumorph.physics.calibration import Calibration
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
@@ -70,8 +70,11 @@ def with_parameters(
         FileNotFoundError: A trial's file is missing.
     """
     assert settings.trials is not None
-    folders = trial_folders(settings.trials)[: settings.trial_count]
-    trials = [read_trial(each, settings.video) for each in folders]
+    folders, early = folders_to_fit(settings.trials)
+    trials = [read_trial(each, settings.video) for each in folders[: settings.trial_count]]
+    told = [*early, *notes_of(trials)]
+    for note in told:
+        folder.progress.say(note)
     design = Design.parse(FinishedRun.read(settings.trials).of_summary("design", str))
     physics = calibration.applied_to(plain.physics)
     start = {
@@ -99,7 +102,7 @@ def with_parameters(
         simulate(start, driven),
         simulate({**start, **found.values}, driven),
     )
-    quality = {**asdict(found), "notes": notes}
+    quality = {**asdict(found), "notes": [*told, *notes]}
     del quality["values"], quality["intervals"]
     said = {
         **provenance(settings.trials, spec),

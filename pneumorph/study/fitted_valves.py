@@ -12,7 +12,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.air_fit import fit_air, simulated_kPa
 from pneumorph.hardware.deployment_log import LoggedPressures, read_log
-from pneumorph.hardware.trial import LOG_FILE, trial_folders
+from pneumorph.hardware.trial import LOG_FILE, folders_to_fit
 from pneumorph.physics.calibration import Calibration
 from pneumorph.robot.design import Design
 from pneumorph.study.calibration_provenance import provenance
@@ -41,7 +41,10 @@ def with_air(
         FileNotFoundError: A log is missing.
     """
     assert settings.air is not None
-    folders = trial_folders(settings.air)[: settings.trial_count]
+    folders, early = folders_to_fit(settings.air)
+    for note in early:
+        folder.progress.say(note)
+    folders = folders[: settings.trial_count]
     logs = [read_log(each / LOG_FILE) for each in folders]
     design = Design.parse(FinishedRun.read(settings.air).of_summary("design", str))
     chambers = spec.chambers_mm3(design)

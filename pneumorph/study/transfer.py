@@ -45,7 +45,8 @@ class TransferSettings(Checked):
 
 @dataclass(frozen=True)
 class DistanceRatio:
-    """What was achieved over what the first robot achieved; None where that was nothing."""
+    """What was achieved over what the first robot achieved; None where that was next to nothing, to
+    which noise alone has a ratio."""
 
     simulated: float | None
     measured: float | None
@@ -299,7 +300,7 @@ def _ratio(comparison: TrialComparison, first: TrialComparison) -> DistanceRatio
     """What counts over the first robot's, simulated and measured: the paper's factor of 2.3."""
 
     def over(ours: float, theirs: float) -> float | None:
-        return ours / theirs if theirs > 0.0 else None
+        return ours / theirs if theirs >= LEAST_SIMULATED[comparison.counted.goal.unit] else None
 
     whole = comparison.counted.simulated_whole and first.counted.simulated_whole
     return DistanceRatio(

@@ -81,6 +81,37 @@ def test_equal_bends_are_found_on_a_known_curve() -> None:
     np.testing.assert_allclose(pairs.simulated_kPa, simulated[1:], atol=0.05)
 
 
+@pytest.mark.parametrize(
+    ("row", "reading", "other"),
+    [
+        (20, -78.0, r"row 19 has 78 degrees at 70 kPa"),
+        (18, 0.0, r"row 20 has 78 degrees at 70 kPa"),
+        (26, -0.1, r"row 25 has 102 degrees at 90 kPa"),
+    ],
+)
+def test_a_bend_that_contradicts_the_others_is_refused(
+    row: int, reading: float, other: str
+) -> None:
+    """A slip of the sign, or a reading that was not taken, at a pressure that bends the leg: it and
+    all bends of lower pressures would be taken for noise."""
+    curve = MonotoneBend(np.linspace(0.0, 450.0, 46), np.linspace(0.0, 135.0, 46))
+    real = np.repeat(np.arange(10.0, 91.0, 10.0), 3)
+    bend = 0.3 * (4.0 * real - 20.0)
+    assert len(equal_bend_pairs(real, bend, curve).real_kPa) == 27
+    bend[row] = reading
+    at = rf"row {row + 1}: the bend at {real[row]:g} kPa is {reading:g} degrees"
+    with pytest.raises(ValueError, match=rf"{at}, expected a positive one: {other}; .* the sign"):
+        equal_bend_pairs(real, bend, curve)
+
+
+def test_a_bend_that_is_not_positive_where_the_leg_hardly_bends_is_noise() -> None:
+    curve = MonotoneBend(np.linspace(0.0, 450.0, 46), np.linspace(0.0, 135.0, 46))
+    real = np.repeat(np.arange(10.0, 91.0, 10.0), 3)
+    bend = 0.3 * (4.0 * real - 20.0)
+    bend[1] = -0.4
+    np.testing.assert_array_equal(equal_bend_pairs(real, bend, curve).real_kPa, real[3:])
+
+
 @pytest.mark.parametrize("step_kPa", [2.0, 10.0])
 def test_noise_where_the_leg_does_not_bend_yet_does_not_tilt_the_line(step_kPa: float) -> None:
     """Of 100 staircases from 0 kPa, three readings each with 0.5 degrees of noise, the 95 %
@@ -119,7 +150,13 @@ def test_the_curve_of_a_leg_ends_where_it_gives_way(
 
 def test_the_last_stair_of_a_bend_test_is_not_above_the_highest() -> None:
     assert list(BendTestSettings(highest_kPa=30.0).pressures_kPa) == [10.0, 20.0, 30.0]
-    assert list(BendTestSettings(highest_kPa=34.0).pressures_kPa) == [10.0, 20.0, 30.0]
+    assert list(BendTestSettings(highest_kPa=34.0).pressures_kPa) == [10.0, 20.0, 30.0, 34.0]
+    assert list(BendTestSettings(70.0, 25.0).pressures_kPa) == [25.0, 50.0, 70.0]
+    assert list(BendTestSettings(0.3, 0.1).pressures_kPa) == pytest.approx([0.1, 0.2, 0.3])
+    for highest_kPa in np.linspace(1.0, 90.0, 400):
+        stairs = BendTestSettings(highest_kPa, highest_kPa / 9.0).pressures_kPa
+        assert len(stairs) == 9
+        assert stairs.max() == highest_kPa
 
 
 def test_a_bend_beyond_the_simulated_leg_is_refused() -> None:
@@ -135,9 +172,20 @@ def test_units_of_the_header_are_converted(tmp_path: Path) -> None:
     np.testing.assert_allclose(bend, np.degrees([0.5, 1.0]))
 
 
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_columns_are_separated_as_in_the_header(mark: str, tmp_path: Path) -> None:
+    """A remark may hold any of the signs."""
+    lines = ["# leg 3; by hand, 2\ttimes", f"pressure_kPa{mark}bend_deg", f"10{mark}3.5"]
+    (tmp_path / "b.csv").write_text("\n".join([*lines, "# a; b", f"20{mark}7.5"]) + "\n")
+    pressure, bend = read_bends(tmp_path / "b.csv")
+    assert pressure.tolist() == [10.0, 20.0]
+    assert bend.tolist() == [3.5, 7.5]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("pressure_kPa;bend_deg\n1;2,5\n", "row 1: bend_deg is '2,5', .* has a decimal comma"),
         ("pressure_atm,bend_deg\n1,2\n", "has the unit 'atm', expected pressure_UNIT with one of"),
         ("pressure,bend_deg\n1,2\n", "has the unit 'none'"),
         ("bend_deg\n2\n", "column pressure_kPa is missing"),

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.deployment import DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog, LogError, read_log
-from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.driver import DriverError, ForeignDeviceError
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import plan_schedule
 from pneumorph.hardware.venting import sense_until_fallen
@@ -98,6 +99,57 @@ def test_a_good_end_vents_once(tmp_path: Path) -> None:
     assert wire.obeyed[-2:] == ["vent", "close"]
     assert wire.told[-2:] == ["sense", "close"]
     assert wire.told.count("vent") == 1
+
+
+def test_another_device_is_sent_nothing(tmp_path: Path) -> None:
+    def foreign(wire: _Wire, verb: str) -> None:
+        if verb == "open":
+            raise ForeignDeviceError("it is a Keithley, and nothing was commanded")
+
+    wire = _Wire(foreign)
+    with pytest.raises(ForeignDeviceError, match="it is a Keithley"):
+        _deployed(wire, tmp_path / "log.csv")
+    assert wire.told == ["open", "close"]
+    stopped = read_log(tmp_path / "log.csv").stopped
+    assert stopped == (0.0, "it is a Keithley, and nothing was commanded")
+
+
+def test_commands_that_the_rig_was_too_slow_for_are_counted(tmp_path: Path) -> None:
+    """It takes 0.7 s for each, and one is due every 0.33 s."""
+    clock = _Clock()
+
+    def slow(wire: _Wire, verb: str) -> None:
+        if verb == "command":
+            clock.time_s += 0.7
+
+    schedule, wire = plan_schedule(GAIT, RIG), _Wire(slow)
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        report = deploy(schedule, wire, RIG, log, clock)
+    assert report.completed
+    assert report.skipped_count == len(schedule.time_s) - wire.told.count("command") > 2
+    assert _deployed(_Wire(), tmp_path / "usual.csv").skipped_count == 0
+
+
+def test_the_guardian_hears_of_a_run_that_waits_for_its_sensors(tmp_path: Path) -> None:
+    """A reading takes as long as an answer may, and the next sample is as far as it may be: both
+    together are longer than the watchdog waits, also while the legs empty."""
+    clock, beats_s = _Clock(), list[float]()
+    rig = replace(RIG, sample_interval_s=0.4, reply_timeout_s=0.2)
+    held = HeldGait.evenly(np.array([[40.0, 0.0, 0.0]]), 3.0)
+
+    class Beats:
+        def beat(self) -> None:
+            beats_s.append(clock.time_s)
+
+    def slow(wire: _Wire, verb: str) -> None:
+        if verb == "sense":
+            clock.time_s += rig.reply_timeout_s
+
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        report = deploy(plan_schedule(held, rig), _Wire(slow), rig, log, clock, Beats())
+    assert report.completed
+    assert clock.time_s - beats_s[-1] < rig.safety.watchdog_s
+    assert np.diff(beats_s).max() < rig.safety.watchdog_s
 
 
 class _SleptClock(_Clock):

@@ -62,6 +62,13 @@ def test_rigs_that_cannot_be_safe_are_refused() -> None:
     RigSettings(**slow, safety=SafetySettings(watchdog_s=0.7))
     with pytest.raises(ValueError, match=r"twice command_time_s and reply_timeout_s are 0\.6 s"):
         RigSettings(driver="9129b", resource="ASRL1::INSTR", command_time_s=0.2)
+    supply = {"driver": "9129b", "resource": "ASRL1::INSTR"}
+    with pytest.raises(
+        ValueError, match=r"update_interval_s is 0\.19 s, .* command_time_s, 0\.2 s"
+    ):
+        RigSettings(**supply, update_interval_s=0.19)
+    RigSettings(**supply, update_interval_s=0.2)
+    RigSettings(**supply, update_interval_s=0.1, command_time_s=0.05)
     with pytest.raises(ValueError, match=r"must be at least -50 and below 0, got 0\.0; sensors"):
         SafetySettings(lowest_sensed_kPa=0.0)
     with pytest.raises(ValueError, match="residual_kPa must be finite, got nan"):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pneumorph.hardware.analog_rig import AnalogRig
-from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.driver import DriverError, ForeignDeviceError
 from pneumorph.hardware.rig import Channel, RigSettings
 from pneumorph.hardware.serial_controller import SerialController
 from pneumorph.hardware.serial_line import SerialLine
@@ -227,6 +227,29 @@ def test_a_stranger_is_refused() -> None:
     driver = _driver(_Controller("Marlin 2.1"))
     with pytest.raises(DriverError, match=r"greets with 'Marlin 2\.1', expected 'pneumorph 3'"):
         driver.open()
+
+
+def test_a_stranger_that_says_who_it_is_is_sent_nothing_more() -> None:
+    stranger = _Controller("Marlin 2.1")
+    driver = _driver(stranger)
+    with pytest.raises(ForeignDeviceError, match="another device's, and nothing was commanded"):
+        driver.open()
+    with pytest.raises(DriverError, match="is not open"):
+        driver.sense()
+    assert stranger.received == ["?", "?"]
+
+
+@pytest.mark.parametrize("greeting", ["pneumorph 2", "0.00,0.00,0.00", "pne\x07morph 3"])
+def test_an_answer_that_may_be_a_controller_s_keeps_the_line(greeting: str) -> None:
+    """It is open, to be vented."""
+    controller = _Controller(greeting)
+    driver = _driver(controller)
+    with pytest.raises(DriverError, match="expected 'pneumorph 3'") as raised:
+        driver.open()
+    assert not isinstance(raised.value, ForeignDeviceError)
+    driver.vent()
+    assert controller.vented.wait(1.0)
+    driver.close()
 
 
 def test_no_such_port() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.driver import DriverError, ForeignDeviceError
 from pneumorph.hardware.supply_9129b import Supply9129B
 
 pytest.importorskip("pyvisa_sim")
@@ -91,6 +91,37 @@ def test_another_instrument_is_refused() -> None:
     other = Supply9129B("ASRL2::INSTR", LIBRARY, command_time_s=0.0)
     with pytest.raises(DriverError, match="is 'Some Other, 1234', expected a BK Precision 9129B"):
         other.open(ZERO_VOLTS)
+
+
+def test_an_instrument_that_says_clearly_that_it_is_another_is_let_go() -> None:
+    other = Supply9129B("ASRL3::INSTR", LIBRARY, command_time_s=0.0)
+    with pytest.raises(ForeignDeviceError, match=r"is 'KEITHLEY .* and nothing was commanded"):
+        other.open(ZERO_VOLTS)
+    with pytest.raises(DriverError, match="is not connected"):
+        other.check()
+
+
+@pytest.mark.parametrize(
+    "answers",
+    [
+        ["B&K Preci\x07,91", "B&K Preci\x07,91"],
+        ["1.02,4.61,1.00,0", "1.02,4.61,1.00,0"],
+        ["B&K, 9l29B, 1, 1.05", "B&K, 9129B, 1, 1.05"],
+    ],
+    ids=["garbled", "numbers alone", "another the second time"],
+)
+def test_an_answer_that_says_nothing_clearly_may_be_the_supply_s(
+    answers: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stays connected, to be vented."""
+    left = list(answers)
+    monkeypatch.setattr(Supply9129B, "_query", lambda *_: left.pop(0))
+    supply = Supply9129B("ASRL1::INSTR", LIBRARY, command_time_s=0.0)
+    with pytest.raises(DriverError, match="expected a BK Precision 9129B") as raised:
+        supply.open(ZERO_VOLTS)
+    assert not isinstance(raised.value, ForeignDeviceError)
+    supply.set_volts_unconfirmed(ZERO_VOLTS)
+    supply.close()
 
 
 def test_nothing_at_the_resource() -> None:

@@ -14,8 +14,14 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.goal import Goal
 from pneumorph.hardware.deployment_log import DeploymentLog, LoggedPressures, read_log
-from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track, write_track
-from pneumorph.hardware.trial import Trial, read_trial, trial_folders
+from pneumorph.hardware.marker_track import (
+    MarkerTrack,
+    VideoSettings,
+    read_track,
+    track_notes,
+    write_track,
+)
+from pneumorph.hardware.trial import Trial, notes_of, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import compare_trials, pressure_tracking
 from pneumorph.study.transfer import TransferSettings, transfer
 from pneumorph.trajectory import Trajectory
@@ -168,6 +174,98 @@ def test_a_second_marker_that_tells_no_turn_is_refused(
     table = _two_markers("sleap", tmp_path / "track.csv", lost, doubled)
     with pytest.raises(ValueError, match=why):
         read_track(table, VideoSettings(**video))
+
+
+def test_start_and_heading_hold_for_a_track_that_names_its_units(tmp_path: Path) -> None:
+    """Of a video that began 5 s earlier, with the robot facing along the picture's y axis."""
+    own = tmp_path / "track.csv"
+    own.write_text("time_s,x_cm,y_cm,turned_deg\n0,1,2,3\n5,1,2,3\n10,2,9,33\n")
+    track = read_track(own, VideoSettings(start_s=5.0, heading_deg=90.0))
+    assert track.time_s.tolist() == [-5.0, 0.0, 5.0]
+    assert float(track.forward_cm(np.array([5.0]))[0]) == pytest.approx(7.0)
+    assert track.achieved(Goal("heading", 90.0), 5.0) == pytest.approx(-1.0)
+    assert track.achieved(Goal("turn_left"), 5.0) == pytest.approx(30.0)
+    # Its scale is that of its columns.
+    scaled = read_track(own, VideoSettings(units_per_mm=4.0, frames_per_second=25.0, y_down=False))
+    np.testing.assert_array_equal(scaled.position_mm, read_track(own).position_mm)
+    np.testing.assert_array_equal(scaled.time_s, [0.0, 5.0, 10.0])
+
+
+def test_settings_that_change_nothing_of_a_track_are_told(tmp_path: Path) -> None:
+    own = write_track(tmp_path / "own.csv", MarkerTrack(TIMES, _path()))
+    assert track_notes(own, VideoSettings(start_s=5.0, heading_deg=90.0)) == []
+    (told,) = track_notes(own, VideoSettings(units_per_mm=4.0, frames_per_second=25.0))
+    assert "--video.units-per-mm, --video.frames-per-second changes nothing" in told
+
+
+@pytest.mark.parametrize("kind", ["deeplabcut", "sleap"])
+def test_a_scale_that_nobody_gave_is_told(kind: str, tmp_path: Path) -> None:
+    table = _two_markers(kind, tmp_path / "track.csv")
+    assert track_notes(table, VideoSettings(units_per_mm=4.0)) == []
+    (told,) = track_notes(table, VideoSettings())
+    assert "--video.units-per-mm 1" in told
+    assert "30 a second (--video.frames-per-second)" in told
+    _log(tmp_path, 3.9)
+    trial = read_trial(tmp_path)
+    assert trial.notes == (told,)
+    assert notes_of([replace(trial, name="a"), replace(trial, name="b")]) == [f"a, b: {told}"]
+
+
+@pytest.mark.parametrize("remark", ["# camera A; 30 fps", "#\tby hand"])
+def test_a_remark_does_not_tell_what_separates_columns(remark: str, tmp_path: Path) -> None:
+    own = tmp_path / "track.csv"
+    own.write_text(f"time_s,x_mm,y_mm,turned_deg\n0,0,0,0\n{remark}\n1,1,1,30\n")
+    turned_deg = read_track(own).turned_deg
+    assert turned_deg is not None
+    assert turned_deg.tolist() == [0.0, 30.0]
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+@pytest.mark.parametrize("head", ["time_s,x_mm,y_mm", "left, or; right\nt,x,y"])
+def test_tracks_are_separated_as_in_their_header(head: str, mark: str, tmp_path: Path) -> None:
+    *above, names = head.split("\n")
+    lines = [*above, names.replace(",", mark), f"0{mark}0{mark}0", f"1{mark}1.5{mark}2"]
+    (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
+    track = read_track(tmp_path / "track.csv", VideoSettings(y_down=False))
+    assert track.position_mm.tolist() == [[0.0, 0.0], [1.5, 2.0]]
+
+
+def test_frames_in_which_tracker_lost_the_marker_are_left_out(tmp_path: Path) -> None:
+    """It leaves cells empty, or out."""
+    rows = ["0,0,0", "0.1,,", "0.2,NaN,NaN", "0.3", "0.4,2,1", ",,"]
+    (tmp_path / "track.csv").write_text("\n".join(["mass A", "t,x,y", *rows]) + "\n")
+    assert read_track(tmp_path / "track.csv").time_s.tolist() == [0.0, 0.4]
+    table = ["scorer,n,n,n", "bodyparts,a,a,a", "coords,x,y,likelihood"]
+    table += ["0,1,2,.9", "1,1,2", "2,1,3,.9"]
+    (tmp_path / "track.csv").write_text("\n".join(table) + "\n")
+    np.testing.assert_allclose(30.0 * read_track(tmp_path / "track.csv").time_s, [0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        (["t;x;y", "0;0;0", "0,1;1,5;1"], "'0,1' is no number, .* it has a decimal comma"),
+        (
+            ["t,x,y", "0,0,0", "0,1,1,5,1"],
+            "row 2 is '0,1,1,5,1', expected 3 cells .* decimal comma",
+        ),
+        (["t,x,y", "0,0,0", "1,1,lost"], "'lost' is no number, expected one such as 12.5$"),
+    ],
+)
+def test_what_is_no_number_is_told_with_its_cause(
+    rows: list[str], why: str, tmp_path: Path
+) -> None:
+    (tmp_path / "track.csv").write_text("\n".join(["mass A", *rows]) + "\n")
+    with pytest.raises(ValueError, match=rf"track .*track\.csv: {why}"):
+        read_track(tmp_path / "track.csv")
+
+
+def test_a_table_of_several_animals_is_refused(tmp_path: Path) -> None:
+    lines = ["scorer,n,n,n", "individuals,a,a,a", "bodyparts,leg,leg,leg"]
+    lines += ["coords,x,y,likelihood", "0,1,2,.9", "1,1,2,.9"]
+    (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(ValueError, match="second row is 'individuals', as of several animals"):
+        read_track(tmp_path / "track.csv")
 
 
 def test_what_is_no_track_is_refused(tmp_path: Path) -> None:
