@@ -20,6 +20,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.material import DiskMaterials
+from pneumorph.geometry.attachment import mount_pose
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
@@ -79,6 +80,10 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
     return hub.weighing(mass)
 
 
+_OBLIQUE = float(np.cos(np.pi / 4.0))
+"""Cosine between a leg's x axis and its attachment face's below which the leg would not go
+outwards."""
+
 PAPER_FACE = Pose(np.eye(3), np.array([-52.0, 0.0, 12.0]))
 """The attachment face of the paper's leg, the end of its first tooth, in the leg's frame."""
 
@@ -96,6 +101,19 @@ def ring_of_sites(mounting: RadialMounting, modules: tuple[Module, ...]) -> tupl
     )
 
 
+class _OutwardSite(Site):
+    """A place for a leg that goes outwards, even if its top or underside is what is attached."""
+
+    def pose_of(self, module: Module) -> Pose:
+        """Where a module's frame is in the robot's; of one whose face looks more than 45 degrees
+        away from its x axis, with that axis along the site's."""
+        face = module.face
+        if self.face is None or face is None or face.rotation[0, 0] >= _OBLIQUE:
+            return super().pose_of(module)
+        level = Pose(np.eye(3), face.translation)
+        return mount_pose(self.pose.compose(self.face), level)
+
+
 def _named(leg: LegName | Module) -> str:
     return f"the {leg} leg" if isinstance(leg, str) else leg.name
 
@@ -106,7 +124,8 @@ def paper_robot(
     masses: Masses | None = None,
     **rest: Any,
 ) -> RobotSpec:
-    """The robot of the paper: a disk with eight places for legs.
+    """The robot of the paper: a disk with eight places for legs, which point outwards along their x
+    axes whatever face of theirs is attached.
 
     Args:
         leg: A leg that ships, or a module of your own for every place. By default the robot is as
@@ -158,5 +177,8 @@ def paper_robot(
         masses = masses_of(kind)
     module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg
     mounting = RadialMounting()
-    sites = ring_of_sites(mounting, (module,))
+    sites = tuple(
+        _OutwardSite(site.pose, site.modules, site.face, site.name)
+        for site in ring_of_sites(mounting, (module,))
+    )
     return RobotSpec(paper_hub(masses), sites, physics, **rest)

@@ -26,6 +26,9 @@ _DIMENSION_OF = {"vertex": 0, "line": 1, "triangle": 2}
 _HIGHER_ORDER = {"triangle6", "triangle10", "triangle15", "tetra10", "tetra20", "tetra35"}
 """Triangles and tetrahedra with nodes on their edges, as meshio calls them."""
 
+_OBLIQUE = float(np.cos(np.pi / 4.0))
+"""Cosine of the angle beyond which a leg's sheet or end counts as turned."""
+
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
 
@@ -265,21 +268,41 @@ def _check_extent(mesh: Mesh, scale: float) -> None:
 
 
 def _check_upright(mesh: Mesh) -> None:
-    """Refuse a leg whose sheet is on top.
+    """Refuse a leg whose sheet is not below it.
 
     Raises:
-        MeshError: The surface ``sheet``, if there is one, lies in the upper half.
+        MeshError: The surface ``sheet``, if there is one, looks out of the solid more than 45
+            degrees off -z, or lies within the solid and in its upper half.
     """
     if "sheet" not in mesh.surfaces:
         return
     height = mesh.nodes[:, 2]
-    sheet, middle = height[np.unique(mesh.surfaces["sheet"])].mean(), 0.5 * np.ptp(height)
-    if sheet - height.min() > middle:
+    sheet = height[np.unique(mesh.surfaces["sheet"])].mean() - height.min()
+    looks, area = _outward(mesh, mesh.surfaces["sheet"])
+    size = float(np.linalg.norm(looks))
+    # A sheet within the solid looks nowhere, nor does one all round it.
+    told = size > 1e-6 * area > 0.0
+    if (-looks[2] < _OBLIQUE * size) if told else (sheet > 0.5 * np.ptp(height)):
+        way = ", ".join(f"{each:.1f}" for each in looks / size + 0.0) if told else ""
         raise MeshError(
-            f"the sheet lies {sheet - height.min():.1f} mm above the lowest node of "
-            f"{2.0 * middle:.1f} mm, expected it at the bottom, z being up: the leg may be upside "
-            "down, or y up as in some CAD programs; turn the nodes before the file is written"
+            f"the sheet lies {sheet:.1f} mm above the lowest node of {np.ptp(height):.1f} mm"
+            + (f" and looks along ({way})" if told else "")
+            + ", expected it at the bottom"
+            + (", looking down, along (0, 0, -1) within 45 degrees" if told else "")
+            + ", z being up: the leg may be upside down, or y up as in some CAD programs; turn the "
+            "nodes before the file is written"
         )
+
+
+def _outward(mesh: Mesh, triangles: np.ndarray) -> tuple[np.ndarray, float]:
+    """The sum of the normals out of the solid of those triangles that are on its outside, however
+    they look themselves, by area, and the sum of their areas [mm^2], (3,) and a number."""
+    outer, size = outer_boundary(mesh), len(mesh.nodes)
+    weights = np.array([size * size, size, 1])
+    own = np.isin(np.sort(outer, axis=1) @ weights, np.sort(triangles, axis=1) @ weights)
+    corners = mesh.nodes[outer[own]]
+    normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return normals.sum(axis=0), float(np.linalg.norm(normals, axis=1).sum())
 
 
 def _check_outwards(mesh: Mesh) -> None:
@@ -294,7 +317,7 @@ def _check_outwards(mesh: Mesh) -> None:
         return
     held, end = (mesh.nodes[nodes].mean(axis=0) for nodes in ends)
     way = end - held
-    if way[0] < np.cos(np.pi / 4.0) * np.linalg.norm(way):
+    if way[0] < _OBLIQUE * np.linalg.norm(way):
         told = ", ".join(f"{each:.1f}" for each in way)
         raise MeshError(
             f"outer_end_face lies ({told}) mm from attachment, expected it along +x: bends are "

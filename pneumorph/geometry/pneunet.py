@@ -90,6 +90,31 @@ class PneuNetShape(Checked):
                 "is left of them lies on both sides of it; make the connector wider"
             )
 
+    def check_connector(self) -> None:
+        """Refuse a connector that does not connect the chambers, or does not stay in the body.
+
+        Raises:
+            ValueError: It is too short, too long or too high.
+        """
+        length, _, height = self.connector_mm
+        between = (self.inner_tooth_count - 1) * self.tooth_pitch_mm - self.chamber_mm[0]
+        if length <= between + _TOUCH_MM:
+            raise ValueError(
+                f"connector_mm is {length:g} mm long, expected more than {between:g}, the way from "
+                f"the first of {self.inner_tooth_count} chambers to the last: others would be "
+                "inflated that no air reaches"
+            )
+        if length >= self.tooth_base_mm[0] - _TOUCH_MM:
+            raise ValueError(
+                f"connector_mm is {length:g} mm long, expected less than the tooth base, "
+                f"{self.tooth_base_mm[0]:g} mm: it would break through the ends"
+            )
+        if height >= self.tooth_base_mm[2] - _TOUCH_MM:
+            raise ValueError(
+                f"connector_mm is {height:g} mm high, expected less than the tooth base, "
+                f"{self.tooth_base_mm[2]:g} mm: it would break through between the teeth"
+            )
+
     def scaled(self, factor: float) -> PneuNetShape:
         """The same leg in another size.
 
@@ -139,22 +164,27 @@ class PneuNetShape(Checked):
         """Boxes whose union is the cavity, a middle wall included: the connector, then the
         chambers."""
         floor = self.base_plate_mm[2]
-        middle = (self.inner_tooth_count - 1) / 2.0
-        centres = [
-            (index - middle) * self.tooth_pitch_mm for index in range(self.inner_tooth_count)
-        ]
         return [
             _centred(0.0, floor, self.connector_mm),
-            *(_centred(centre, floor, self.chamber_mm) for centre in centres),
+            *(_centred(centre, floor, self.chamber_mm) for centre in self._chamber_centres_mm()),
         ]
+
+    def _chamber_centres_mm(self) -> list[float]:
+        """Of each chamber along x."""
+        middle = (self.inner_tooth_count - 1) / 2.0
+        return [(index - middle) * self.tooth_pitch_mm for index in range(self.inner_tooth_count)]
 
     def cavity_volume_mm3(self) -> float:
         """Volume of the cavity at rest, of both where a wall parts it; 3528 mm^3 for the paper's
         leg."""
         wall = np.array([0.0, self.middle_wall_mm, 0.0])
         chamber, connector = self.chamber_mm - wall, self.connector_mm - wall
-        overlap = np.prod(np.minimum(chamber, connector))
-        return float(np.prod(connector) + self.inner_tooth_count * (np.prod(chamber) - overlap))
+        ends = 0.5 * np.array([-chamber[0], chamber[0]])
+        along = np.add.outer(self._chamber_centres_mm(), ends)  # the first may reach beyond it
+        shared = np.ptp(np.clip(along, -0.5 * connector[0], 0.5 * connector[0]), axis=1).sum()
+        overlap = shared * np.prod(np.minimum(chamber, connector)[1:])
+        chambers = self.inner_tooth_count * np.prod(chamber)
+        return float(np.prod(connector) + chambers - overlap)
 
     def solid_volume_mm3(self) -> float:
         """Volume of the leg's material at rest, 43072 mm^3 for the paper's leg."""
@@ -185,10 +215,12 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
 
     Raises:
         ModuleNotFoundError: netgen is not installed.
+        ValueError: The connector does not connect the chambers, or breaks through the outside.
         MeshError: The mesh that came out is faulty.
     """
     shape = shape or PneuNetShape()
     settings = settings or MesherSettings()
+    shape.check_connector()
     nodes, tetrahedra = tetrahedralise(_half_solid(shape), settings)
     whole = mirror_half(nodes, tetrahedra)
     half = whole.tetrahedra[: len(tetrahedra)]

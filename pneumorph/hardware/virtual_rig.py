@@ -248,8 +248,8 @@ class VirtualRig:
         air: The true regulators where air flows through valves; None where the rig's rate tells.
 
     Attributes:
-        range_ratio: How far any leg of a reduced robot has gone relative to the furthest snapshot
-            it was reduced from; None where that is not known.
+        range_ratio: How far any leg of a reduced robot has gone since it settled, relative to the
+            furthest snapshot it was reduced from; None where that is not known.
     """
 
     def __init__(
@@ -284,6 +284,7 @@ class VirtualRig:
         """
         rest = np.zeros((max(self._settings.settling_steps, 1), len(self._rig.channels)))
         trajectory = self._walked(self.robot.initial_state(), rest, record_every=len(rest))
+        self.range_ratio = None  # a fall to the floor is no walk
         self._places = [trajectory.tracked_point_mm[-1]]
         self._facing = [trajectory.hub_rotation[-1, :2, 0]]
 

@@ -26,7 +26,7 @@ from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.snapshot_files import SnapshotFiles, read_header
-from pneumorph.reduction.snapshots import Snapshots, details_of
+from pneumorph.reduction.snapshots import BEND, Snapshots, SnapshotSet, details_of
 from pneumorph.reduction.static_snapshots import (
     StaticSnapshotSettings,
     bend_snapshots,
@@ -116,9 +116,9 @@ def collect_snapshots(
         bend = _task(problem, "bend")
         _save(problem, folder, "bend", bend)
         missing.remove("bend")
-        note = short_bend_note(float(bend.pressure_kPa.max(initial=0.0)), settings)
-        if say and note:
-            say(note)
+        for note in short_bend_notes(bend, settings):
+            if say:
+                say(note)
     if any(name.startswith("load") for name in missing):
         problem = replace(problem, bend=Snapshots.load(folder / "bend.npz"))
     if say and any(name.startswith("walk") for name in missing):
@@ -134,18 +134,42 @@ def collect_snapshots(
     return SnapshotFiles([folder / f"{name}.npz" for name in names])
 
 
-def short_bend_note(reached_kPa: float, settings: SnapshotSettings) -> str | None:
+def short_bend_notes(snapshots: SnapshotSet, settings: SnapshotSettings) -> list[str]:
+    """What to say of free bends that end well below what was asked for, of all cavities and of each
+    alone.
+
+    Args:
+        snapshots: Free bends, perhaps among others.
+        settings: What was asked for.
+    """
+    alone, sources = f"{BEND} of ", np.array(snapshots.sources)
+    told = []
+    for source in dict.fromkeys(snapshots.sources):
+        if source == BEND or source.startswith(alone):
+            own = np.isin(snapshots.source, np.flatnonzero(sources == source))
+            reached_kPa = float(snapshots.pressure_kPa[own].max(initial=0.0))
+            cavity = None if source == BEND else source.removeprefix(alone)
+            told.append(short_bend_note(reached_kPa, settings, cavity))
+    return [note for note in told if note is not None]
+
+
+def short_bend_note(
+    reached_kPa: float, settings: SnapshotSettings, cavity: str | None = None
+) -> str | None:
     """What to say of free bends that end well below what was asked for; None of others.
 
     Args:
         reached_kPa: The highest pressure at which there is one [kPa].
         settings: What was asked for.
+        cavity: What alone is inflated; None for all cavities.
     """
     asked_kPa, count = settings.static.bend_pressure_kPa, settings.static.bend_count
     if reached_kPa >= asked_kPa * (1.0 - 1.5 / count):  # the last may have no equilibrium
         return None
+    inflated = "" if cavity is None else f" with {cavity} alone inflated"
     return (
-        f"free bends were found up to {reached_kPa:.4g} kPa alone, of {asked_kPa:.4g} asked for: "
+        f"free bends{inflated} were found up to {reached_kPa:.4g} kPa alone, of {asked_kPa:.4g} "
+        "asked for: "
         "the leg balloons or buckles beyond, and snapshots there are missing; ask for a lower "
         "largest pressure, or make its walls thicker"
     )

@@ -20,6 +20,10 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import SnapshotSet
 from pneumorph.reduction.tip_compliance import reduced_tip_compliance, tip_compliance
 
+LEAST_SHARE = 0.05
+"""Values below this share of a curve's largest are compared as if they were as large: a hundredth
+of a degree at the first pressure says nothing."""
+
 
 @dataclass(frozen=True)
 class ReducedBend:
@@ -38,8 +42,8 @@ class ReducedBend:
 
     @property
     def error_percent(self) -> np.ndarray:
-        """100 (reduced / full - 1), (step,)."""
-        return 100.0 * (self.reduced_deg / self.full_deg - 1.0)
+        """Difference over the full bend, or over `LEAST_SHARE` of the largest, (step,)."""
+        return _error_percent(self.reduced_deg, self.full_deg)
 
     @property
     def worst_percent(self) -> float:
@@ -117,8 +121,9 @@ class ReducedBlockedForce:
 
     @property
     def worst_percent(self) -> float:
-        """Largest absolute error; infinite if an equilibrium is missing."""
-        return _worst(100.0 * (self.reduced_mN / self.full_mN - 1.0))
+        """Largest absolute error, relative as that of a bend; infinite if an equilibrium is
+        missing."""
+        return _worst(_error_percent(self.reduced_mN, self.full_mN))
 
     def table(self) -> dict[str, list[float]]:
         """Columns by name; -1 where the reduced part found no equilibrium."""
@@ -276,6 +281,12 @@ def force_errors(
         size = float(np.linalg.norm(np.linalg.solve(lower, exact)))
         errors.append(float(np.linalg.norm(np.linalg.solve(lower, difference))) / max(size, 1e-300))
     return np.array(errors)
+
+
+def _error_percent(reduced: np.ndarray, full: np.ndarray) -> np.ndarray:
+    size = np.abs(full)
+    error: np.ndarray = 100.0 * (reduced - full) / np.maximum(size, LEAST_SHARE * size.max())
+    return error
 
 
 def _worst(error_percent: np.ndarray) -> float:

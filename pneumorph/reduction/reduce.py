@@ -281,10 +281,13 @@ def _check(
             f"snapshots must be of the part's mesh {digest[:12]}, got the mesh "
             f"{str(snapshots.metadata.get('mesh_digest'))[:12]}; collect them again"
         )
-    if part.cavities and len(snapshots.of(BEND)) == 0:
+    bends = [place for place, source in enumerate(snapshots.sources) if source == BEND]
+    if part.cavities and not np.isin(snapshots.source, bends).any():
         raise ValueError(
-            "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
-            "can be 30 % too stiff in free air"
+            "snapshots must hold free-bending equilibria of all cavities (source 'bend'); without "
+            "them a basis can be 30 % too stiff in free air; where none was found, the leg "
+            "balloons or buckles before the first pressure: ask for a lower largest pressure, or "
+            "make its walls thicker"
         )
     check_settings(part, settings, on_soft_mount=mount_stiffness is not None)
 

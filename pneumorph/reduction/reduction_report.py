@@ -38,7 +38,7 @@ class ReductionReport:
     """Root mean square over snapshots not used of the sampled force's relative error."""
     bend_error_percent: float | None
     """Largest error of the bend against the full model over the pressures of `bend`, and of each
-    cavity alone; none of a part without cavity."""
+    cavity alone, each relative to its bend or 5 % of the largest; none of a part without cavity."""
     bend_error_unsampled_percent: float | None
     """The same with every element: the part of the modes alone."""
     bend: dict[str, list[float]]
@@ -49,8 +49,8 @@ class ReductionReport:
     chamber_growth: list[float] | None = field(default=None, kw_only=True)
     """Growth of all chambers with pressure along `bend`, see `chamber_growth.py`."""
     blocked_error_percent: float | None
-    """Largest error of the force that keeps the tip down, over the pressures of `blocked`; None
-    where no snapshot has a blocked tip."""
+    """Largest error of the force that keeps the tip down, over the pressures of `blocked`, relative
+    as that of the bend; None where no snapshot has a blocked tip."""
     blocked_error_unsampled_percent: float | None
     """The same with every element."""
     blocked: dict[str, list[float]]

@@ -118,8 +118,7 @@ def load_snapshots(
     sideways = np.array([0.0, 1.0, 0.0])
     nodes = np.unique(part.mesh.surface(settings.loaded_surface))
     weight = -GRAVITY_MM_S2 * part.node_mass[:, None] * up
-    along = part.rest_nodes[:, 0]
-    outwards = along - 0.5 * (along.min() + along.max())  # wherever the frame's origin is
+    outer, likelihood = _touched(part.rest_nodes, nodes)
     states, pressures, failed = [], [], []
     for number in numbers:
         rng = np.random.default_rng([settings.seed, number])
@@ -133,10 +132,7 @@ def load_snapshots(
             + tangential * np.cos(angle) * forward
             + tangential * np.sin(angle) * sideways
         )
-        # The outer half touches the ground; nodes near the outer end are the likelier.
-        outer = nodes[outwards[nodes] > 0.0]
-        likelihood = outwards[outer] ** 2
-        centre = part.rest_nodes[rng.choice(outer, p=likelihood / likelihood.sum())]
+        centre = part.rest_nodes[rng.choice(outer, p=likelihood)]
         patch = nodes[
             np.linalg.norm(part.rest_nodes[nodes] - centre, axis=1) < settings.patch_radius_mm
         ]
@@ -164,6 +160,18 @@ def load_snapshots(
         else:
             failed.append(int(number))
     return _snapshots(part, states, pressures, "load", {"failed": failed})
+
+
+def _touched(rest_nodes: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of a surface that may touch the ground, and how likely each is to be the middle of what
+    does: its outer half, wherever on the leg that is, and the likelier the further out; all of a
+    surface across the leg alike."""
+    along = rest_nodes[nodes, 0]
+    outwards = along - 0.5 * (along.min() + along.max())
+    if not np.any(outwards > 0.0):
+        return nodes, np.full(len(nodes), 1.0 / len(nodes))
+    likelihood = outwards[outwards > 0.0] ** 2
+    return nodes[outwards > 0.0], likelihood / likelihood.sum()
 
 
 def _nearest(

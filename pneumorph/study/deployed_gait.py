@@ -221,10 +221,13 @@ def deploy_gait(
         design, described, goal = None, {"gait": "bend test"}, None
     else:
         found = find_gait(source, settings.design, settings.expert, settings.rank)
-        if (note := found.other_design_note) is not None:
-            folder.progress.say(note)
+        for note in (found.other_design_note, found.own_task_note):
+            if note is not None:
+                folder.progress.say(note)
         design, gait, goal = found.design, found.gait, found.goal
         described = {"gait": found.name, "design": str(design)}
+        if found.own_task_note is not None:
+            described["notes"] = (found.own_task_note,)
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are
             # Beside a calibration, the options hold the map of the leg as it is before measuring.
             trained = found.pressure_map or robot.physics.pressure_map
@@ -413,6 +416,7 @@ def _each_trial(
         spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
         mean_achieved=float(np.mean(achieved)) if achieved else None,
         notes=(
+            *planned.notes,
             *([] if note is None else [note]),
             *([_skipped_note(", ".join(skipped), plan.rig)] if skipped else []),
         ),

@@ -39,6 +39,18 @@ class GaitSource:
     goal: Goal = FORWARD
     meant_for: Design | None = None
     """Design that the source names; None where it names none."""
+    own_task: str | None = None
+    """What the task was called that it was learned for; None for one of the package's."""
+
+    @property
+    def own_task_note(self) -> str | None:
+        """What to say of a gait that was learned for a reward which is not known here."""
+        if self.own_task is None:
+            return None
+        return (
+            f"{self.name} was learned for the task {self.own_task}, which is in no file of its "
+            f"run: what it achieves is told by {self.goal.label}"
+        )
 
     @property
     def other_design_note(self) -> str | None:
@@ -170,6 +182,7 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
         run.task.settling_step_count,
         run.goal,
         pair.design,
+        run.own_task,
     )
 
 

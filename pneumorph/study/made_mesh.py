@@ -20,7 +20,7 @@ from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.geometry.region_names import cavity_regions
-from pneumorph.geometry.surface import enclosed_volume
+from pneumorph.geometry.surface import connected_pieces, enclosed_volume
 
 PartName = Literal["leg", "disk"]
 MESH_FILE = "mesh.npz"
@@ -55,22 +55,58 @@ class MeshSettings(Checked):
     leg_mesher: MesherSettings = field(default_factory=MesherSettings)
     disk_mesher: MesherSettings = field(default_factory=lambda: MesherSettings(size_mm=20.0))
 
-    def refuse_unused(self) -> None:
-        """Refuse a shape or a mesher beside a file.
+    def unused(self, part: PartName) -> list[str]:
+        """Names of what is given and would change nothing: shapes and meshers beside a file or of
+        the other part, and how a file is read where there is none. What is so by default or in a
+        preset is not given.
 
-        Raises:
-            ValueError: There is one, which is neither by default so nor in a preset.
+        Args:
+            part: What is meshed where there is no file.
         """
         usual = (MeshSettings(), MeshSettings(**MEASURED_LEG))
-        for name in ("leg", "disk", "leg_mesher", "disk_mesher"):
-            given = getattr(self, name) not in [getattr(each, name) for each in usual]
-            if given and self.file is not None:
-                flag = name.replace("_", "-")
-                raise ValueError(
-                    f"--{flag}.* has no effect on the mesh of {self.file}, which is read as it is, "
-                    f"expected either the file or --{flag}.*"
-                )
+        if self.file is not None:
+            without: tuple[str, ...] = ("leg", "leg_mesher", "disk", "disk_mesher")
+        else:
+            other = "leg" if part == "disk" else "disk"
+            without = (other, f"{other}_mesher", *_OF_FILES)
+        return [
+            name
+            for name in without
+            if getattr(self, name) not in [getattr(each, name) for each in usual]
+        ]
 
+    def refuse_unused(self, part: PartName) -> None:
+        """Refuse what would change nothing.
+
+        Args:
+            part: What is meshed where there is no file.
+
+        Raises:
+            ValueError: There is something, see `unused`.
+        """
+        for name in self.unused(part):
+            flag = "--" + name.replace("_", "-")
+            if name in _OF_FILES:
+                raise ValueError(
+                    f"{flag} has no effect on a {part} that is made from its shape, expected "
+                    f"--file beside it, or no {flag}{_INSTEAD.get((part, name), '')}"
+                )
+            if self.file is None:
+                raise ValueError(
+                    f"{flag}.* has no effect on the mesh of a {part}, expected none: it is of the "
+                    f"{name.partition('_')[0]}"
+                )
+            raise ValueError(
+                f"{flag}.* has no effect on the mesh of {self.file}, which is read as it is, "
+                f"expected either the file or {flag}.*"
+            )
+
+
+_OF_FILES = ("regions", "scale", "surfaces", "node_sets", "contact_spacing_mm")
+"""Settings by which a mesh file is read."""
+
+_INSTEAD = {("leg", "contact_spacing_mm"): "; a leg's own is --leg.contact-spacing-mm"}
+"""What there is in place of some of them, by part and name."""
 
 MEASURED_LEG: dict[str, Any] = {
     "quadratic": True,
@@ -102,6 +138,8 @@ class MadeMesh:
     """Volume of each by its name."""
     size_mm: tuple[float, float, float] | None = None
     """Along x, y and z; None in runs of earlier versions."""
+    notes: tuple[str, ...] = ()
+    """What to say of it, such as a cavity of several pieces."""
 
 
 def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> MadeMesh:
@@ -113,12 +151,12 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         folder: Receives the mesh.
 
     Raises:
-        ValueError: A shape that cannot be, or that is given beside a file, a region that is no
-            NUMBER=NAME, or a mesh that cannot be computed with.
+        ValueError: A shape that cannot be, a setting that would change nothing, such as a shape
+            beside a file, a region that is no NUMBER=NAME, or a mesh that cannot be computed with.
         FileNotFoundError: No such mesh file.
     """
     start = time.monotonic()
-    settings.refuse_unused()
+    settings.refuse_unused(part)
     mesh = _made(part, settings)
     if settings.quadratic:
         mesh = quadratic_mesh(mesh)
@@ -142,7 +180,25 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         wall_s=time.monotonic() - start,
         cavity_volume_mm3=sum(cavities.values()) if cavities else None,
         cavities_mm3=cavities,
+        notes=_parted_cavities(mesh),
     )
+
+
+def _parted_cavities(mesh: Mesh) -> tuple[str, ...]:
+    """What to say of cavities that no air could fill from one place."""
+    told = []
+    for name in cavity_regions(mesh):
+        triangles = mesh.surfaces[name]
+        piece = connected_pieces(triangles, len(mesh.nodes))[triangles[:, 0]]
+        volumes = [enclosed_volume(mesh.nodes, triangles[piece == k]) for k in np.unique(piece)]
+        if len(volumes) > 1:
+            sizes = ", ".join(f"{each:.4g}" for each in volumes)
+            told.append(
+                f"the cavity {name!r} is {len(volumes)} closed pieces, of {sizes} mm^3, which are "
+                "inflated as one: connect them, feed each on the real leg, or make each a region "
+                f"of its own, such as {name}_1"
+            )
+    return tuple(told)
 
 
 def _size_mm(mesh: Mesh) -> tuple[float, float, float]:

@@ -71,6 +71,12 @@ class ParametricModule(Checked):
                 f"mesh.file is {self.mesh.file}, expected none: modules of a catalogue are "
                 "parametric legs; reduce a mesh of your own with pneumorph reduce --mesh"
             )
+        for name in self.mesh.unused("leg"):
+            raise ValueError(
+                f"mesh.{name} is {getattr(self.mesh, name)!r}, expected none: it is of a mesh file "
+                "or of the disk, and would change nothing of a parametric leg"
+            )
+        self.mesh.leg.check_connector()
         for name in _SAID_ELSEWHERE:
             if name in self.changes:
                 raise ValueError(

@@ -20,7 +20,7 @@ from pneumorph.physics.start_pose import StartPose
 from pneumorph.reduction.collect import (
     SnapshotSettings,
     collect_snapshots,
-    short_bend_note,
+    short_bend_notes,
     sound_files,
 )
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
@@ -29,15 +29,18 @@ from pneumorph.reduction.reduce import USUAL_REPORT_KPA, check_settings, reduce_
 from pneumorph.reduction.reduced_part import CAVITY_CENTRES
 from pneumorph.reduction.reduction_report import ReductionReport
 from pneumorph.reduction.snapshot_files import SnapshotFiles
-from pneumorph.reduction.snapshots import BEND
 from pneumorph.reduction.walk_snapshots import WalkPhysics
 from pneumorph.robot.scaled_part import factors_reduced_in
 from pneumorph.study.gait_walks import GaitWalks, collect_gait_walks, read_design_gaits
 from pneumorph.study.reduce_settings import ReduceSettings, shipped_settings
+from pneumorph.study.reduction_walkers import check_walkers_apart, lowest_mm, on_lower_floor
 
 PART_FILE = "leg.npz"
 DOUBTFUL_COMPLIANCE_PERCENT = 30.0
 """From such an error of the tip's compliance on it is told: legs that ship are 5 to 25 % off."""
+DOUBTFUL_CURVE_PERCENT = 10.0
+"""From such an error of the free bend or the blocked force on it is told: legs that ship are up to
+6 % off."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,10 @@ def reduce(
     gaits = read_design_gaits(settings.walked.gaits)
     poses = [site.pose_of(robot.module) for site in robot.sites]
     check_settings(part_model, settings.reduction, on_soft_mount=isinstance(hub, SoftHub))
+    check_walkers_apart(part_model.mesh, poses, settings.snapshots.walk)
+    lowest = lowest_mm(part_model.mesh, hub, poses)
+    protocol = on_lower_floor(_protocol(robot.physics, settings.snapshots), lowest)
+    robot = replace(robot, physics=on_lower_floor(robot.physics, lowest))
     folder.progress.stage("collecting snapshots of the full model")
     mount = None
     if isinstance(hub, SoftHub):
@@ -105,7 +112,7 @@ def reduce(
         snapshot_folder,
         folder.progress,
         folder.progress.say,
-        WalkPhysics(_protocol(robot.physics, settings.snapshots), robot.full_order),
+        WalkPhysics(protocol, robot.full_order),
     )
     walks = collect_gait_walks(
         GaitWalks(robot, settings.walked),
@@ -139,11 +146,7 @@ def reduce(
         mount_stiffness=mount,
     )
     part.metadata.update(metadata or {})
-    short = None
-    if part_model.cavities:
-        bends = [place for place, source in enumerate(snapshots.sources) if source == BEND]
-        reached_kPa = float(snapshots.pressure_kPa[np.isin(snapshots.source, bends)].max())
-        short = short_bend_note(reached_kPa, settings.snapshots)
+    short = short_bend_notes(snapshots, settings.snapshots) if part_model.cavities else []
     path = part.save(folder / PART_FILE)
     seconds = snapshots.metadata["seconds"]
     return Reduction(
@@ -156,7 +159,7 @@ def reduce(
         snapshot_files_without_time=seconds["files_without"],
         walked_gait_count=len(walks),
         wall_s=time.monotonic() - start,
-        notes=(*(() if short is None else (short,)), *told, *doubts(report, settings)),
+        notes=(*short, *told, *doubts(report, settings)),
     )
 
 
@@ -185,8 +188,27 @@ def doubts(report: ReductionReport, settings: ReduceSettings) -> list[str]:
             f"{ecsw.hyperreduction_tolerance:g} or less: allow more of them "
             f"(reduction.ecsw.element_limit, {ecsw.element_limit})"
         )
+    for what, limit, error in (
+        ("bends freely", "static.bend_count", report.bend_error_percent),
+        ("pushes with its tip held", "blocked.count", report.blocked_error_percent),
+    ):
+        if error is None or error <= DOUBTFUL_CURVE_PERCENT:
+            continue
+        found = (
+            f"{what} by up to {error:.0f} % otherwise than the finite elements"
+            if np.isfinite(error)
+            else f"finds no equilibrium where it {what} at some of the pressures"
+        )
+        told.append(
+            f"the reduced leg {found}: it lacks modes (reduction.mode_limit), sampled points "
+            f"(reduction.ecsw.element_limit) or snapshots (snapshots.{limit})"
+        )
     compliance = report.compliance_error_percent
-    if compliance is not None and compliance > DOUBTFUL_COMPLIANCE_PERCENT:
+    if (
+        compliance is not None
+        and np.isfinite(compliance)
+        and compliance > DOUBTFUL_COMPLIANCE_PERCENT
+    ):
         told.append(
             f"the reduced tip gives way to small forces by {compliance:.0f} % otherwise than that "
             "of the finite elements: it lacks modes (reduction.mode_limit) or snapshots of loads "

@@ -54,7 +54,9 @@ def test_settings_beyond_sense_are_refused(flags: str, message: str, refusal: Re
 
 
 def test_a_walk_of_the_sweep_too_short_for_a_step_is_refused(refusal: Refusal) -> None:
-    assert "expected from one time step" in refusal("baseline --gait.duration-s 0.001")
+    assert "expected from one time step" in refusal(
+        "baseline --gait.duration-s 0.001 --gait.period-s 0.001"
+    )
 
 
 def test_a_leg_of_negative_mass_is_refused_with_its_file(

@@ -9,7 +9,8 @@ from helpers.two_chambers import two_chamber_mesh
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_file import _check_outwards, read_mesh_file
-from pneumorph.geometry.surface import enclosed_volume
+from pneumorph.geometry.pose import rotation_about
+from pneumorph.geometry.surface import TETRAHEDRON_FACES, enclosed_volume
 
 meshio = pytest.importorskip("meshio")
 
@@ -83,6 +84,34 @@ def test_a_leg_upside_down_is_refused(hollow, tmp_path):
     write(turned, tmp_path / "box.msh", file_format="gmsh22")
     with pytest.raises(MeshError, match=r"box\.msh: the sheet lies 9\.0 mm above .* upside down"):
         read_mesh_file(tmp_path / "box.msh", node_sets=())
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, -90.0, 50.0, 40.0])
+@pytest.mark.parametrize("inwards", [False, True])
+def test_a_leg_on_its_side_is_refused(turn_deg, inwards, hollow, tmp_path):
+    """As of a program in which y is up, with the sheet as high as the leg; however its triangles
+    look."""
+    bottom = hollow.surfaces["bottom"]
+    surfaces = {**hollow.surfaces, "bottom": bottom[:, ::-1] if inwards else bottom}
+    nodes = hollow.nodes @ rotation_about("x", turn_deg).T
+    nodes[:, 2] += 1e-3 * nodes[:, 0]  # nothing is quite level
+    write(replace(hollow, nodes=nodes, surfaces=surfaces), tmp_path / "b.msh", file_format="gmsh22")
+    told = r"b\.msh: the sheet lies .* mm above .* looks along \(.*, expected .* or y up as in some"
+    refused = abs(turn_deg) > 45.0
+    with pytest.raises(MeshError, match=told) if refused else nullcontext():
+        read_mesh_file(tmp_path / "b.msh", node_sets=())
+
+
+@pytest.mark.parametrize(("height", "refused"), [(3.0, False), (6.0, True)])
+def test_a_sheet_within_the_leg_is_refused_in_its_upper_half(height, refused, tmp_path):
+    """It looks nowhere."""
+    solid = box_mesh((9.0, 9.0, 9.0), (3, 3, 3))
+    faces = solid.tetrahedra[:, TETRAHEDRON_FACES].reshape(-1, 3)
+    level = np.all(solid.nodes[faces][:, :, 2] == height, axis=1)
+    write(replace(solid, surfaces={"bottom": faces[level]}), tmp_path / "b.vtu", cavity=faces[:1])
+    told = r"the sheet lies 6\.0 mm above the lowest node of 9\.0 mm, expected it at the bottom, z"
+    with pytest.raises(MeshError, match=told) if refused else nullcontext():
+        read_mesh_file(tmp_path / "b.vtu", ("sheet",), (), region_names={3: "sheet"})
 
 
 @pytest.mark.parametrize(("axis", "sign", "refused"), [(0, 1, 0), (0, -1, 1), (1, 1, 1), (2, 1, 1)])

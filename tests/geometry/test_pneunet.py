@@ -82,6 +82,34 @@ def test_impossible_shapes_are_refused(change, reason):
         dataclasses.replace(PneuNetShape(), **change)
 
 
+@pytest.mark.parametrize(
+    ("connector", "reason"),
+    [
+        (
+            (70.0, 2.0, 2.0),
+            "is 70 mm long, expected more than 70, the way from the first of 9 ",
+        ),
+        ((104.0, 2.0, 2.0), "is 104 mm long, expected less than the tooth base, 104 mm"),
+        ((81.0, 2.0, 9.0), "is 9 mm high, expected less than the tooth base, 9 mm"),
+    ],
+)
+def test_a_connector_that_connects_nothing_or_breaks_out_is_refused(connector, reason):
+    """Before it is meshed; its chambers alone would be inflated as if air came to them."""
+    shape = PneuNetShape(connector_mm=connector)
+    with pytest.raises(ValueError, match=f"connector_mm {reason}"):
+        mesh_pneunet(shape)
+
+
+def test_the_connector_may_end_within_a_chamber():
+    """What is within both counts once."""
+    ends = PneuNetShape(connector_mm=(73.0, 2.0, 2.0))
+    ends.check_connector()
+    chambers = 9 * 2.0 * 14.0 * 13.0
+    # Seven chambers are crossed by 2 mm of it, the two at its ends by 1.5.
+    shared = (7 * 2.0 + 2 * 1.5) * 2.0 * 2.0
+    assert ends.cavity_volume_mm3() == pytest.approx(73.0 * 4.0 + chambers - shared)
+
+
 def test_saved_mesh_comes_back_the_same(leg_mesh, tmp_path):
     path = leg_mesh.save(tmp_path / "leg.npz")
     again = Mesh.load(path)

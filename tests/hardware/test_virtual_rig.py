@@ -116,6 +116,24 @@ class _Bursting(Pusher):
         return state, replace(trajectory, status="diverged") if self._calls < 0 else trajectory
 
 
+class _Falling(Pusher):
+    """A robot whose legs bend far while it falls to the floor, and little after."""
+
+    def __init__(self) -> None:
+        self._ratios = iter([2.0, 0.5])
+
+    def rollout(self, *arguments: Any, **options: Any) -> tuple[float, Trajectory]:
+        state, trajectory = super().rollout(*arguments, **options)
+        return state, replace(trajectory, metadata={"range_ratio": next(self._ratios)})
+
+
+def test_how_far_legs_go_is_counted_once_the_robot_has_settled() -> None:
+    rig = VirtualRig(_Falling(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    rig.open()
+    rig.clock.wait_until(0.5)
+    assert rig.range_ratio == 0.5
+
+
 def test_a_robot_that_diverges_ends_the_trial_with_what_the_camera_saw(tmp_path: Path) -> None:
     at_once = VirtualRig(_Bursting(0), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
     with pytest.raises(DriverError, match="the virtual robot's simulation diverged"):

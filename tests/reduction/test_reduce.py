@@ -137,6 +137,18 @@ def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapsh
         reduce_part(synthetic_part((4, 4, 4)), snapshots)
     with pytest.raises(ValueError, match="must hold free-bending equilibria"):
         reduce_part(model, loads_alone)
+    # Those of one of several cavities are none of all.
+    alone = dataclasses.replace(
+        snapshots,
+        metadata={
+            **snapshots.metadata,
+            "sources": [
+                "bend of cavity_left" if each == "bend" else each for each in snapshots.sources
+            ],
+        },
+    )
+    with pytest.raises(ValueError, match="must hold free-bending equilibria of all cavities"):
+        reduce_part(model, alone)
 
 
 def test_each_fourth_load_is_on_a_leg_without_pressure(loads_alone):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_mesh, synthetic_part
 
+from pneumorph.catalogue.paper_leg import hyperelastic_leg_mesh, paper_leg_mesh
 from pneumorph.fem.material import Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticResult
@@ -34,6 +35,48 @@ def test_loads_are_on_the_outer_half_wherever_the_origin_is() -> None:
     states = [load_snapshots(part, settings, range(4)).displacement for part in (usual, moved)]
     assert np.abs(states[0]).max() > 0.05
     np.testing.assert_allclose(states[1], states[0], atol=1e-3 * np.abs(states[0]).max())
+
+
+@pytest.mark.parametrize("surface", ["sheet", "outer_end_face"])
+def test_loads_are_on_the_outer_half_of_a_surface_wherever_it_ends(surface: str) -> None:
+    """One that ends before the middle of the leg; and one across it, without an outer half."""
+    usual = synthetic_part((8, 4, 4))
+    mesh = usual.mesh
+    x = mesh.nodes[:, 0]
+    middle = 0.5 * (x.min() + x.max())
+    skin, sheet = mesh.surfaces["skin"], mesh.surfaces["sheet"]
+    own = {
+        "sheet": sheet[(x[sheet] < middle).all(axis=1)],
+        "outer_end_face": skin[(x[skin] > x.max() - 1e-9).all(axis=1)],
+    }
+    mesh = replace(mesh, surfaces={**mesh.surfaces, "ground": own[surface]})
+    part = PartModel(mesh, usual.material, usual.mass_kg, usual.membranes, cavity="cavity")
+    settings = StaticSnapshotSettings(
+        load_count=2, load_pressure_kPa=20.0, load_limit_mN=200.0, loaded_surface="ground"
+    )
+    loaded = load_snapshots(part, settings, range(2))
+    assert len(loaded) == 2
+    assert np.abs(loaded.displacement).max() > 0.01
+    nodes = np.unique(own[surface])
+    touched, likelihood = static_snapshots._touched(part.rest_nodes, nodes)
+    along = x[nodes] - 0.5 * (x[nodes].min() + x[nodes].max())
+    expected = nodes[along > 0.0] if surface == "sheet" else nodes
+    np.testing.assert_array_equal(touched, expected)
+    assert likelihood.sum() == pytest.approx(1.0)
+    assert likelihood[np.argmax(x[touched])] == likelihood.max()
+
+
+@pytest.mark.parametrize("mesh", [paper_leg_mesh, hyperelastic_leg_mesh])
+def test_loads_of_legs_that_ship_are_those_that_they_were_reduced_from(mesh) -> None:
+    """Their sheet spans them, to the bit: its outer half is the leg's."""
+    leg = mesh()
+    nodes, along = np.unique(leg.surface("sheet")), leg.nodes[:, 0]
+    outwards = along - 0.5 * (along.min() + along.max())
+    outer = nodes[outwards[nodes] > 0.0]
+    touched, likelihood = static_snapshots._touched(leg.nodes, nodes)
+    np.testing.assert_array_equal(touched, outer)
+    weight = outwards[outer] ** 2
+    np.testing.assert_array_equal(likelihood, weight / weight.sum())
 
 
 def test_bend_is_compared_at_the_pressure_of_the_cavity_that_was_inflated() -> None:

@@ -27,8 +27,8 @@ from pneumorph.learn.policy_file import save_policy
 from pneumorph.learn.sac import Sac, SacSettings
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.robot.design import BASELINE_DESIGN
-from pneumorph.study.gait_source import find_gait, recalibrated
+from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.study.gait_source import GaitSource, find_gait, recalibrated
 
 SETTINGS = CooptSettings(
     task=CrawlingTask(action_count=6, action_step_count=10), sac=SacSettings(hidden_sizes=(16, 16))
@@ -127,3 +127,11 @@ def test_a_gait_for_more_regulators_than_the_robot_has_is_named(tmp_path: Path) 
     path = write_gait(tmp_path / "five.csv", HeldGait.evenly(np.full((2, 5), 20.0)))
     with pytest.raises(ValueError, match=rf"{path} commands 5 regulators, expected at most 3"):
         find_gait(path, None, ExpertGait()).check_robot(3)
+
+
+def test_a_gait_of_another_reward_says_so() -> None:
+    source = GaitSource(ExpertGait(), Design.parse(BASELINE_DESIGN), "runs/a/gaits/L1.csv")
+    assert source.own_task_note is None
+    said = replace(source, own_task="Diagonal").own_task_note
+    assert said is not None
+    assert said.startswith("runs/a/gaits/L1.csv was learned for the task Diagonal")
