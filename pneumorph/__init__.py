@@ -16,21 +16,26 @@ from pneumorph.environment.registration import register_environments
 __version__ = "0.1.0"
 
 _HOMES = {
+    "ActingDescription": "pneumorph.catalogue.robot_description",
     "Calibration": "pneumorph.physics.calibration",
     "CrawlingTask": "pneumorph.environment.crawling_task",
     "Design": "pneumorph.robot.design",
+    "DesignRules": "pneumorph.catalogue.design_rules",
     "DesignSpace": "pneumorph.robot.design_space",
     "ExpertGait": "pneumorph.gait.expert_gait",
     "HeldGait": "pneumorph.gait.held_gait",
+    "HubDescription": "pneumorph.catalogue.hub_description",
     "Mesh": "pneumorph.geometry.mesh",
+    "ModuleDescription": "pneumorph.catalogue.module_description",
     "Physics": "pneumorph.physics.physics",
     "ReducedPart": "pneumorph.reduction.reduced_part",
     "RewardTerm": "pneumorph.environment.reward_term",
     "RobotDescription": "pneumorph.catalogue.robot_description",
     "RobotSpec": "pneumorph.catalogue.robot_spec",
-    "Trajectory": "pneumorph.trajectory",
+    "SiteDescription": "pneumorph.catalogue.site_description",
     "TaskWrapper": "pneumorph.environment.training_environment",
     "TrainingEnvironment": "pneumorph.environment.training_environment",
+    "Trajectory": "pneumorph.trajectory",
     "cooptimise": "pneumorph.study.training_options",
     "evaluate": "pneumorph.study.evaluation",
     "make_env": "pneumorph.environment.registration",
@@ -42,18 +47,23 @@ _HOMES = {
 """Where each name is defined."""
 
 __all__ = [
+    "ActingDescription",
     "Calibration",
     "CrawlingTask",
     "Design",
+    "DesignRules",
     "DesignSpace",
     "ExpertGait",
     "HeldGait",
+    "HubDescription",
     "Mesh",
+    "ModuleDescription",
     "Physics",
     "ReducedPart",
     "RewardTerm",
     "RobotDescription",
     "RobotSpec",
+    "SiteDescription",
     "TaskWrapper",
     "TrainingEnvironment",
     "Trajectory",
@@ -67,9 +77,13 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from pneumorph.catalogue.design_rules import DesignRules
+    from pneumorph.catalogue.hub_description import HubDescription
+    from pneumorph.catalogue.module_description import ModuleDescription
     from pneumorph.catalogue.paper_robot import paper_robot
-    from pneumorph.catalogue.robot_description import RobotDescription
+    from pneumorph.catalogue.robot_description import ActingDescription, RobotDescription
     from pneumorph.catalogue.robot_spec import RobotSpec
+    from pneumorph.catalogue.site_description import SiteDescription
     from pneumorph.environment.crawling_task import CrawlingTask
     from pneumorph.environment.registration import make_env
     from pneumorph.environment.reward_term import RewardTerm

@@ -53,6 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status."""
+    for stream in ("stdout", "stderr"):
+        if getattr(sys, stream) is None:  # closed by who began us: a file would be opened there
+            setattr(sys, stream, open(os.devnull, "w"))  # noqa: SIM115
     # Our own threads share the cores with BLAS, and two BLAS threads stall at random; this must
     # be said before numpy is imported.
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -77,7 +80,14 @@ def run(arguments: Sequence[str]) -> int:
         # The reader of the output, such as `head`, has seen enough.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (ValueError, OSError, ImportError, ArithmeticError) as error:
+    except _errors_of_workers() as error:
+        if debug:
+            traceback.print_exc()
+        cause = getattr(error, "cause", None)  # Ray wraps what a task raised into its traceback
+        if cause is not None and not isinstance(cause, (*_TOLD, MemoryError)):
+            raise
+        return _fail(str(cause or error) + getattr(error, _BACKGROUND, ""), 1)
+    except _TOLD as error:
         if debug:
             traceback.print_exc()
         return _fail(str(error) + getattr(error, _BACKGROUND, ""), 1)
@@ -87,6 +97,16 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(f"the memory is full; ask for less at once ({error})", 1)
     except KeyboardInterrupt as error:
         return _fail("stopped by the keyboard" + getattr(error, _BACKGROUND, ""), 130)
+
+
+def _errors_of_workers() -> tuple[type[BaseException], ...]:
+    """What workers that died raise, and Ray; of modules that the verb has loaded, none for this."""
+    kinds = {"pneumorph.base.executor": "WorkerError", "ray.exceptions": "RayError"}
+    return tuple(
+        getattr(sys.modules[module], kind)
+        for module, kind in kinds.items()
+        if module in sys.modules
+    )
 
 
 @contextmanager
@@ -138,16 +158,14 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     folder.refuse_other_verb()
     fresh, begun_s = not folder.path.exists(), time.time()
     with folder.alone() if verb.alone else nullcontext():
-        if fresh:
-            # At once, so that a run that is killed can be resumed with them.
-            folder.save_settings(content)
+        resumable = hasattr(options, "resume")  # it refuses other settings than its checkpoint's
+        put_back = folder.begin(content, fresh, resumable)
         try:
             with _told_of_earlier_run(origin.get("taken_over_from")):
                 result = verb.run(options, folder)
             summary = result_to_dict(result)
         except BaseException as error:
-            if fresh:
-                folder.remove_if_only_settings()
+            put_back()
             stopped = isinstance(error, KeyboardInterrupt) and folder.path.exists()
             if stopped and hasattr(options, "resume"):
                 again = f"; the same command with --resume --out {folder.path} "
@@ -249,6 +267,8 @@ def _parsed(
     return options, parsed.common, origin
 
 
+_TOLD = (ValueError, OSError, ImportError, ArithmeticError)
+"""Errors whose message says enough; others are the program's own."""
 _BACKGROUND = "pneumorph_background"
 """Attribute of an error: what its message ends with on the command line."""
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from pneumorph import command
+from pneumorph.base.executor import WorkerError
 from pneumorph.cli import VERBS, run
 
 
@@ -192,3 +193,63 @@ def test_the_keyboard_stops_a_training_and_says_how_it_goes_on(
         assert "stopped by the keyboard" in said
         assert said_then in said
         assert (again in said) == bool(said_then) == out.exists()
+
+
+def test_settings_are_saved_before_a_training_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Into a folder that is there, too: a run that is killed can be resumed with them."""
+    found: list[int] = []
+
+    def trained(*_: object, **__: object) -> None:
+        content = json.loads((tmp_path / "settings.json").read_text())
+        found.append(content["coopt"]["seed"])
+        raise ValueError("refused")
+
+    monkeypatch.setattr("pneumorph.study.training_options.run_training", trained)
+    assert run(["coopt", "--seed", "3", "--out", str(tmp_path)]) == 1
+    assert found == [3]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_workers_that_died_are_told_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def died(*_: object, **__: object) -> None:
+        raise WorkerError("task 3 was begun 3 times and its worker died each time")
+
+    monkeypatch.setattr("pneumorph.study.training_options.run_training", died)
+    assert run(["coopt", "--out", str(tmp_path / "run")]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith("pneumorph: task 3 was begun")
+
+
+def test_what_a_task_of_ray_raised_is_told_without_its_traceback(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors = pytest.importorskip("ray.exceptions")
+    raised = [
+        errors.RayTaskError("f", "Traceback ...", ValueError("no such leg")).as_instanceof_cause(),
+        errors.ObjectLostError("0" * 56, None, ""),
+        errors.RayTaskError("f", "Traceback ...", TypeError("a slip")).as_instanceof_cause(),
+    ]
+
+    def failed(*_: object, **__: object) -> None:
+        raise raised.pop(0)
+
+    monkeypatch.setattr("pneumorph.study.training_options.run_training", failed)
+    assert run(["coopt", "--out", str(tmp_path / "run")]) == 1
+    assert capsys.readouterr().err.splitlines()[-1] == "pneumorph: no such leg"
+    assert run(["coopt", "--out", str(tmp_path / "run")]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith("pneumorph: ")
+    with pytest.raises(TypeError):  # of the program itself, whose traceback is wanted
+        run(["coopt", "--out", str(tmp_path / "run")])
+
+
+def test_a_closed_standard_error_takes_nothing_from_a_run(tmp_path: Path) -> None:
+    asked = [sys.executable, "-c", "from pneumorph.cli import main; main()", "mesh", "disk"]
+    asked += ["--json", "--out", str(tmp_path / "disk")]
+    told = subprocess.run(
+        ["sh", "-c", 'exec "$@" 2>&-', "sh", *asked], stdout=subprocess.PIPE, text=True
+    )
+    assert told.returncode == 0
+    assert json.loads(told.stdout)["verb"] == "mesh"

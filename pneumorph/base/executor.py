@@ -102,7 +102,7 @@ def run_tasks(
                         waiting.append((number, attempt + 1))
                         continue
                     error = WorkerError(
-                        f"task {tasks[number]!r} was begun {attempt} times and its worker died "
+                        f"task {number} was begun {attempt} times and its worker died "
                         f"each time ({type(death).__name__}), expected a result; the machine may "
                         "lack memory for so many tasks at once (process_count), or the script that "
                         "asked for them runs again in each worker: put it below if __name__ == "

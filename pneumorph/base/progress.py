@@ -18,13 +18,14 @@ class Progress:
 
     Args:
         stream: Where to print; standard error by default, so that JSON stays alone on the output.
+            Where that is closed, nothing is printed.
         quiet: Print nothing.
     """
 
     def __init__(self, stream: TextIO | None = None, quiet: bool = False) -> None:
-        self._stream = stream or sys.stderr
-        self._quiet = quiet
-        self._terminal = self._stream.isatty()
+        self._stream: TextIO | None = stream or sys.stderr
+        self._quiet = quiet or self._stream is None
+        self._terminal = self._stream is not None and self._stream.isatty()
         self._title = ""
         self._start = self._shown = self._first_s = time.monotonic()
         self._first = self._done = 0

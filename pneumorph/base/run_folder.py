@@ -7,13 +7,14 @@ import fcntl
 import json
 import math
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import ArtefactError, read_json, write_json
+from pneumorph.base.artefact import ArtefactError, read_json, write_atomically, write_json
 from pneumorph.base.progress import Progress
 from pneumorph.base.result import finite
 
@@ -46,6 +47,7 @@ class RunFolder:
         self.summary_only = summary_only
         self.progress = progress or Progress(quiet=True)
         self.provenance = {} if provenance is None else {"made_by": dict(provenance)}
+        self._until_summary: list[Path] = []
 
     def __truediv__(self, name: str) -> Path:
         """Return the path of a file of this run; the folder it is in exists."""
@@ -104,6 +106,47 @@ class RunFolder:
         finally:
             os.close(held)
 
+    def begin(
+        self, content: dict[str, Any], fresh: bool, resumable: bool = False
+    ) -> Callable[[], None]:
+        """Write the resolved settings at once, so that a run that is killed can be resumed with
+        them. Those of a finished run stay until another is finished there.
+
+        Args:
+            content: The settings.
+            fresh: Whether the folder is made for this run.
+            resumable: Whether the run goes on with a checkpoint, whose settings stay.
+
+        Returns:
+            What leaves the folder as it was, for a run that fails before it made anything.
+        """
+        settings = self.path / SETTINGS
+        there = settings.exists()
+        kept = there and resumable and any(self.path.rglob("checkpoint*.npz"))
+        if kept or (self.path / SUMMARY).exists():
+            return lambda: None
+        before = settings.read_bytes() if there else None
+        self.save_settings(content)
+        written_ns = settings.stat().st_mtime_ns
+
+        def put_back() -> None:
+            with suppress(OSError):  # such as of a full disk, which the run has failed of
+                others = (file for file in self.path.rglob("*") if file != settings)
+                if any(file.lstat().st_mtime_ns >= written_ns for file in others):
+                    return
+                if before is not None:
+                    write_atomically(settings, lambda stream: stream.write(before))
+                    return
+                settings.unlink()
+                if fresh:
+                    self.path.rmdir()
+
+        return put_back
+
+    def keep_until_summary(self, folder: Path) -> None:
+        """Have a folder removed once the summary is there: until then a stopped run needs it."""
+        self._until_summary.append(folder)
+
     def save_settings(self, content: dict[str, Any]) -> Path:
         """Write the resolved settings."""
         return write_json(self / SETTINGS, content)
@@ -111,7 +154,10 @@ class RunFolder:
     def save_summary(self, content: dict[str, Any]) -> Path:
         """Write the summary and the verb that made it; numbers that are not finite become null."""
         head = {"verb": self.verb, **self.provenance}
-        return write_json(self / SUMMARY, {**head, **finite(content)})
+        path = write_json(self / SUMMARY, {**head, **finite(content)})
+        for folder in self._until_summary:
+            shutil.rmtree(folder, ignore_errors=True)
+        return path
 
     def tell_of_earlier_page(self, begun_s: float) -> None:
         """Say where the folder has a page of an earlier run, which shows what that one found.
@@ -124,12 +170,6 @@ class RunFolder:
             self.progress.say(
                 f"{page} is older than this run; `pneumorph report {self.path}` draws it again"
             )
-
-    def remove_if_only_settings(self) -> None:
-        """Remove the folder of a run that failed before it made anything."""
-        if [file.name for file in self.path.iterdir()] == [SETTINGS]:
-            (self.path / SETTINGS).unlink()
-            self.path.rmdir()
 
 
 def default_folder(verb: str) -> Path:

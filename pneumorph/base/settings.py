@@ -229,7 +229,8 @@ def exactly(value: Any, kinds: type | tuple[type, ...]) -> Any:
     """
     allowed = kinds if isinstance(kinds, tuple) else (kinds,)
     if type(value) not in allowed:
-        names = " or ".join(kind.__name__ for kind in allowed)
+        number = set(allowed) == {int, float}
+        names = "a number" if number else " or ".join(kind.__name__ for kind in allowed)
         raise ValueError(f"expected {names}, got {value!r}")
     return value
 
@@ -247,11 +248,13 @@ def _reasons(error: BaseException, place: str) -> list[str]:
         return [f"{place} is missing" if missing else f"{place}{said}"]
     reasons: list[str] = []
     for inner in error.exceptions:
-        name = ""
+        within = place
         for note in getattr(inner, "__notes__", []):
             if isinstance(note, cattrs.AttributeValidationNote | cattrs.IterableValidationNote):
-                name = str(getattr(note, "name", getattr(note, "index", "")))
-        reasons += _reasons(inner, f"{place}.{name}" if place and name else place or name)
+                name = getattr(note, "name", getattr(note, "index", ""))
+                entry = f"[{name}]" if isinstance(name, int) else f".{name}"
+                within = f"{place}{entry}".removeprefix(".")
+        reasons += _reasons(inner, within)
     return reasons
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.broken_rules import broken_rules
 from pneumorph.robot.design import Design
+from pneumorph.robot.design_space import DesignSpace
 
 
 def description_notes(
@@ -49,28 +53,46 @@ def design_note(robot: RobotDescription, design: str) -> str | None:
 
 def forbidden_note(robot: RobotDescription, design: str) -> str | None:
     """What to say of a design that the rules do not allow; None of others."""
-    asked = Design.parse(design)
-    if robot.space.holds(asked):
+    names, said = [site.name for site in robot.sites], robot.file or robot.name
+    return forbidden_of_space(robot.space, names, said, Design.parse(design))
+
+
+def forbidden_of_space(
+    space: DesignSpace, names: Sequence[str], said: Any, design: Design
+) -> str | None:
+    """The same of a space alone.
+
+    Args:
+        space: Designs that rules allow.
+        names: Those of the sites; none of a ring.
+        said: Whose rules they are: the robot's name, or its file.
+        design: The design.
+    """
+    if space.holds(design):
         return None
-    if (names := excluding_sites(robot, asked)) is not None:
-        why = f"its exclusions allow one leg at most at {names}"
+    if (excluding := _excluding(space, names, design)) is not None:
+        why = f"its exclusions allow one leg at most at {excluding}"
     else:
-        why = broken_rules(robot.space, asked)
+        why = broken_rules(space, design)
     try:
-        robot.space.check(asked)
+        space.check(design)
     except ValueError as error:
-        why = "it " + str(error).removeprefix(f"design {asked} ")
-    return f"design {design} is none that [designs] of {robot.file or robot.name} allows: {why}"
+        why = "it " + str(error).removeprefix(f"design {design} ")
+    return f"design {design} is none that [designs] of {said} allows: {why}"
 
 
 def excluding_sites(robot: RobotDescription, design: Design) -> str | None:
     """Names of the sites with legs of which exclusions allow one at most, or their numbers where
     they have no names; None where a design keeps to all exclusions."""
-    broken = robot.space.broken_exclusion(design)
+    return _excluding(robot.space, [site.name for site in robot.sites], design)
+
+
+def _excluding(space: DesignSpace, names: Sequence[str], design: Design) -> str | None:
+    broken = space.broken_exclusion(design)
     if broken is None:
         return None
-    names = dict(enumerate(site.name for site in robot.sites))  # none of a ring
-    return " and ".join(names.get(place) or str(place) for place in broken)
+    named = dict(enumerate(names))
+    return " and ".join(named.get(place) or str(place) for place in broken)
 
 
 def _surface_note(robot: RobotDescription, physics: Physics) -> str | None:

@@ -13,6 +13,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
+from pneumorph.geometry.overlap import deepest_inside
 from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import boundary_triangles, winding_number
 from pneumorph.physics.physics import Physics
@@ -24,6 +25,8 @@ USUAL_TOLERANCE_MM = 3.0
 """Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
 _OBLIQUE = 1.5
 """Length of an oblique way out of the hub, at most 48 degrees off, over the depth it begins in."""
+_BESIDE_MM = 1e-3
+"""Faces that are so much further away than the nearest are as near [mm]."""
 _SMALLEST_HUB_MM = 2.0
 """A hub that is smaller was probably given in metres [mm]."""
 ALLOWED_BY = "allow it by mounting_tolerance_mm"
@@ -137,7 +140,7 @@ def _misplaced(
         )
     outwards = pose.rotation @ module.face.rotation[:, 0]
     own = pose.apply(module.reduced.rest_nodes)
-    depth, place = _deepest(own, nodes, skin)
+    depth, place = deepest_inside(own, nodes, skin)
     if depth <= tolerance_mm:
         # In a hub that is thin beside what is allowed nothing is deep.
         length_mm = float(((own - face) @ outwards).max())
@@ -150,9 +153,11 @@ def _misplaced(
         )
     bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
     behind = float((face - place) @ outwards)
+    askew = _askew_deg(face, outwards, nodes[skin])
     cause = (
         "does the site's x axis point away from the hub, whose height is from "
-        f"{bottom:g} to {top:g} mm? Turn or move the site"
+        f"{bottom:g} to {top:g} mm? It is {askew:.3g} degrees off the normal of the nearest face; "
+        "turn or move the site"
         if gap > tolerance_mm or behind < tolerance_mm
         else f"that is {behind:.1f} mm behind its attachment face, where base plates "
         "reach; move the site outwards, or roll or pitch it less"
@@ -161,6 +166,22 @@ def _misplaced(
         f"is up to {depth:.1f} mm inside the hub, at {np.round(place, 1).tolist()} mm, expected at "
         f"most {tolerance_mm:g}: {cause}, or {allowed_by}"
     )
+
+
+def _askew_deg(face: np.ndarray, outwards: np.ndarray, triangles: np.ndarray) -> float:
+    """Angle between a direction and the outward normal of the nearest of a hub's triangles; beside
+    an edge of that whose normal is nearer [degrees].
+
+    Args:
+        face: The place [mm], (3,).
+        outwards: The direction, a unit vector (3,).
+        triangles: (triangle, 3, 3) [mm].
+    """
+    far = np.array([distance_to(face, each[None]) for each in triangles])
+    near = triangles[far <= far.min() + _BESIDE_MM]
+    normal = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
+    along = normal @ outwards / np.linalg.norm(normal, axis=1)
+    return float(np.degrees(np.arccos(np.clip(along.max(), -1.0, 1.0))))
 
 
 def _way_through(
@@ -213,8 +234,8 @@ def check_apart(
             if not space.allows_together(legs):
                 continue
             depth, place = max(
-                _deepest(mine, theirs, neighbour.reduced.skin),
-                _deepest(theirs, mine, module.reduced.skin),
+                deepest_inside(mine, theirs, neighbour.reduced.skin),
+                deepest_inside(theirs, mine, module.reduced.skin),
                 key=lambda found: found[0],
             )
             if depth > tolerance_mm:
@@ -234,14 +255,3 @@ def _fittings(space: DesignSpace, site: int, kind: int) -> list[Fitting]:
 def _where(sites: Sequence[Site], number: int) -> str:
     name = sites[number].name
     return f"sites[{number}]" + (f" ({name})" if name else "")
-
-
-def _deepest(points: np.ndarray, nodes: np.ndarray, skin: np.ndarray) -> tuple[float, np.ndarray]:
-    """How deep the deepest of points is inside a closed surface [mm], 0 if none is, and where; 0
-    too of a part of another program without a skin."""
-    within = points[winding_number(points, nodes, skin) > 0.5] if len(skin) else points[:0]
-    depths = [distance_to(point, nodes[skin]) for point in within]
-    if not depths:
-        return 0.0, points[0]
-    deepest = int(np.argmax(depths))
-    return depths[deepest], within[deepest]

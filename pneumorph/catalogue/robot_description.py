@@ -7,12 +7,15 @@ is another (`pneumorph/data/paper_robot.toml`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property
+from os.path import relpath
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import ArtefactError, read_text
+import tomli_w
+
+from pneumorph.base.artefact import ArtefactError, read_text, write_atomically
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import (
@@ -207,6 +210,47 @@ class RobotDescription(Checked, ShownInNotebooks):
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found
 
+    def write(self, path: Path | str) -> Path:
+        """Write the description to a TOML file, which `read` reads back as the same robot.
+
+        What is as by default is left out. Files that it names are named from the new file's folder,
+        unless they are named from the root.
+
+        Args:
+            path: The file, which ends in ``.toml``; one that is there is replaced.
+
+        Raises:
+            OSError: The disk is full or refuses; a file that was there stays.
+            ValueError: The file is none of TOML by its name, or the physics are none.
+        """
+        path = Path(path)
+        if path.suffix != ".toml":
+            raise ValueError(f"path is {path}, expected a file that ends in .toml")
+        there = Path(relpath(self.folder.resolve(), path.parent.resolve()))
+        content = _placed(_said(self), there, "catalogue_folder")
+        content["hub"] = _placed(_said(self.hub), there, "mesh")
+        content["modules"] = {
+            name: _placed(_said(each), there, "part", "mesh") for name, each in self.modules.items()
+        }
+        content["physics"] = {"based_on": self.physics.based_on, **self._physics_from(there)}
+        if self.sites:
+            content["sites"] = [_said(each) for each in self.sites]
+        for name in {"ring", "designs"} & set(content):
+            content[name] = _said(getattr(self, name))
+        for name in ("folder", "file"):  # where it is, and not what is in it
+            content.pop(name, None)
+        text = tomli_w.dumps(content)
+        return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+    def _physics_from(self, there: Path) -> dict[str, Any]:
+        """What differs from the physics, with the map of the ground named from another folder."""
+        _ = self.physics.physics  # refuses what is none
+        changes = dict(settings_to_dict(self.physics)["changes"])
+        if "map" in changes.get("ground", {}):
+            placed = {"map": _placed(changes["ground"]["map"], there, "path")}
+            changes["ground"] = {**changes["ground"], **placed}
+        return changes
+
     @cached_property
     def polar_modules(self) -> tuple[str, ...]:
         """Names of modules that were made with polar rotations, where the file does not say how
@@ -391,6 +435,8 @@ class RobotDescription(Checked, ShownInNotebooks):
                 "hub_model": self.hub.model,
                 "full_order": kind.full_order,
                 "name": self.name,
+                # Without its list of designs, which would go with the robot to every worker.
+                "allowed_designs": replace(self.space),
                 **rest,
             },
         )
@@ -413,3 +459,24 @@ class RobotDescription(Checked, ShownInNotebooks):
         if ring is not None:
             return [ring.pose(location) for location in range(ring.location_count)]
         return [site.pose for site in self.sites]
+
+
+def _said(described: Any) -> dict[str, Any]:
+    """The fields of a description that are not as by default, as a file has them."""
+    content = settings_to_dict(described)
+    made = {
+        each.name: each.default if each.default_factory is MISSING else each.default_factory()
+        for each in fields(described)
+    }
+    usual = settings_to_dict({name: each for name, each in made.items() if each is not MISSING})
+    return {
+        name: each for name, each in content.items() if each is not None and each != usual.get(name)
+    }
+
+
+def _placed(content: dict[str, Any], there: Path, *names: str) -> dict[str, Any]:
+    """With files that are named from one folder named from another, where that one is ``there``."""
+    return {
+        name: (there / each).as_posix() if name in names and each is not None else each
+        for name, each in content.items()
+    }

@@ -67,6 +67,8 @@ class RobotSpec(ShownInNotebooks):
         mounting_angle_deg: How much further down modules point than their sites have it, however
             they are rolled [degrees]; see `pneumorph.robot.mounting_angle`.
         name: What it is called; None for the paper's robot.
+        allowed_designs: Those that its description allows; None where none says it. Others can be
+            made all the same.
     """
 
     hub: HubSpec
@@ -80,6 +82,7 @@ class RobotSpec(ShownInNotebooks):
     calibration: Calibration | None = None
     mounting_angle_deg: float = 0.0
     name: str | None = None
+    allowed_designs: DesignSpace | None = None
 
     def __post_init__(self) -> None:
         if not self.sites:

@@ -1,8 +1,8 @@
 """What the best pairs of a coopt run do: rewards of each step, tilt, load and friction of each leg.
 
 The run's best pairs and, for comparison, the expert's best phase walk once more in the reduced
-model, with the floor's forces recorded. They also walk over a range of friction coefficients, which
-shows how much each gait depends on the friction it was found with.
+model, with the floor's forces recorded. They also walk over a range of friction coefficients, by
+default that of the worlds they were trained in, which shows how much each gait depends on it.
 
 Writes analysis.json, the trajectories, and the figures steps, margin, friction, pairs and a cycle
 of each robot.

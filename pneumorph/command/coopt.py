@@ -5,11 +5,11 @@ distribution over designs are trained together, as in the paper. The best pairs 
 that anyone can replay. The first round walks gaits that work already, where --demonstrations gives
 some, which compete with what is learned. A stopped run resumes with --resume and the same --out.
 
-Presets: quick (minutes on two cores: many updates per action, mirror images), fast (an hour: twelve
-beginnings as long as quick, --restarts, of which the last four learn from what all saw,
---pooled-restarts; then fine-tuning of the best one's five best designs) and paper (the paper's
-schedule: one million timesteps, then fine-tuning of the eight best; with --physics published, its
-experiment).
+Presets: quick (minutes on two cores: many updates per action, mirror images), fast (two and a
+half hours on one core: twelve beginnings as long as quick, --restarts, of which the last four learn
+from what all saw, --pooled-restarts; then fine-tuning of the best one's five best designs) and
+paper (the paper's schedule: one million timesteps, then fine-tuning of the eight best; with
+--physics published, its experiment).
 
 By default robots have measured material properties, and every round walks in worlds drawn from the
 ranges of what nobody has measured (--randomize, --randomisation). Every design walks in four worlds

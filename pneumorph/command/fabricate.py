@@ -44,7 +44,8 @@ class FabricateOptions:
     """The design and how to make it."""
 
     design: tyro.conf.Positional[str] = tyro.MISSING
-    """Design such as 1.0.0.2.2.0.0.1, or the folder of a coopt run for its best one."""
+    """Design such as 1.0.0.2.2.0.0.1, or the folder of a run: of `coopt` or `search` for its best
+    one, of `simulate` for the one that walked."""
     fabrication: Annotated[FabricationSettings, flat] = field(default_factory=FabricationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     """The simulation whose masses are compared with the built ones; a run brings its own."""
@@ -54,7 +55,7 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
     """Make, check and draw everything."""
     source, design = Path(options.design), options.design
     if source.is_dir():
-        design = FinishedRun.read(source).of_summary("best_design", str)
+        design = FinishedRun.read(source).chosen_design
     settings, description = options.fabrication, options.robot.description
     mesh = settings.mesh or options.robot.full.mesh
     settings, full = replace(settings, mesh=mesh), replace(options.robot.full, mesh=mesh)
@@ -71,7 +72,7 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
 
 
 def taken_over(options: FabricateOptions) -> TakenOver | None:
-    """Leg and physics of the run whose best design is built."""
+    """Leg and physics of the run whose design is built."""
     return robot_of_source(Path(options.design))
 
 

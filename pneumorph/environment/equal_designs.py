@@ -40,6 +40,27 @@ def check_equal_starts(space: DesignSpace, start: StartPose, poses: Sequence[Pos
         )
 
 
+def lost_mirror_note(
+    space: DesignSpace, start: StartPose, allowed: DesignSpace | None = None
+) -> str | None:
+    """What to say of robots that are their own mirror images and do not start so, which took the
+    mirror from their designs; None of others.
+
+    Args:
+        space: Designs as they are searched.
+        start: How they are put on the floor.
+        allowed: Designs as the robot's file has them; None for the paper's robot.
+    """
+    if space.has_mirror or start.has_mirror or not (allowed is None or allowed.has_mirror):
+        return None
+    return (
+        f"robots start with heading {start.heading_deg:g} and roll {start.roll_deg:g} degrees, in "
+        "which they are not their own mirror images: a design and its image are two, of which each "
+        "learns for itself (space.mirror is none"
+        + (", whatever mirror of [designs] says)" if allowed is not None else ")")
+    )
+
+
 def check_equal_designs(
     space: DesignSpace, goal: Goal, sided_reward: bool = False, poses: Sequence[Pose] = ()
 ) -> None:

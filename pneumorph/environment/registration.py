@@ -6,8 +6,10 @@ light: robots are imported when an environment is made.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import gymnasium
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from pneumorph.environment.crawling_task import CrawlingTask
     from pneumorph.environment.single_crawling_environment import SingleCrawlingEnvironment
     from pneumorph.robot.design import Design
+    from pneumorph.robot.robot import Robot
 
 
 ENVIRONMENT_ID = "pneumorph/Crawl-v0"
@@ -45,8 +48,9 @@ def make_env(
     Args:
         num_envs: How many robots; None for as many as there are designs.
         design: The design of every robot, or one for each; None for the expert's, which is one of
-            the paper's robot: of others it must be named. Observations have room for as many
-            regulators of a leg as these have at most: a design with more cannot follow by
+            the paper's robot: of others it must be named. One that the robot's description does not
+            allow walks with a warning, also where it comes by ``reset``. Observations have room for
+            as many regulators of a leg as these have at most: a design with more cannot follow by
             ``reset``.
         robot: What the robots are; None for the paper's.
         task: Actions, episode, pressures and reward; None for the paper's with the robot's
@@ -80,7 +84,7 @@ def make_env(
     chosen = designs * count if len(designs) == 1 else designs
     told = _told(robot, chosen)
     return CrawlingEnvironment(
-        chosen, robot.assembly, robot.simulator, _task_of(robot, task), **told
+        chosen, partial(_assembled, robot), robot.simulator, _task_of(robot, task), **told
     )
 
 
@@ -98,7 +102,7 @@ def make_single_env(
     chosen = _parsed(design)
     told = _told(robot, [chosen])
     return SingleCrawlingEnvironment(
-        chosen, robot.assembly, robot.simulator, _task_of(robot, task), **told
+        chosen, partial(_assembled, robot), robot.simulator, _task_of(robot, task), **told
     )
 
 
@@ -129,6 +133,18 @@ def _told(robot: RobotSpec, designs: Sequence[Design]) -> dict[str, int]:
         "module_count": max(len(site.modules) for site in robot.sites),
         "cavity_count": max(cavities, default=1),
     }
+
+
+def _assembled(robot: RobotSpec, design: Design) -> Robot:
+    """The robot of a design; warns of one that its description does not allow."""
+    from pneumorph.catalogue.description_notes import forbidden_of_space
+
+    if robot.allowed_designs is not None:
+        names = [site.name for site in robot.sites]
+        note = forbidden_of_space(robot.allowed_designs, names, robot.name, design)
+        if note is not None:
+            warnings.warn(note, stacklevel=2)
+    return robot.assembly(design)
 
 
 def _parsed(design: Design | str | None) -> Design:

@@ -25,6 +25,9 @@ GOAL_TERMS: dict[GoalName, str] = {
 }
 """The term of each goal."""
 
+COSTS = ("backsliding_cm", "hub_load_cm", "pressure_change_cm", "tilt_cm")
+"""The terms of what is taken off."""
+
 SAMPLE_STEPS = 10
 """Time steps between looks at a robot within an action, where a term asks for them."""
 
@@ -170,13 +173,13 @@ def reward_terms(
         travel = (forward * travel_mm + left * left_mm) / MILLIMETRES_PER_CENTIMETRE
         value = travel if weights.goal == "heading" else turn * turn_deg
         terms = {GOAL_TERMS[weights.goal]: np.where(believed, value, 0.0)}
-    costs = {
-        "backsliding_cm": (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
-        "hub_load_cm": (weights.hub_load, hub_load_share),
-        "pressure_change_cm": (weights.pressure_change, pressure_change),
-        "tilt_cm": (weights.tilt, tilt_deg),
-    }
-    for name, (weight, amount) in costs.items():
+    costs = (
+        (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
+        (weights.hub_load, hub_load_share),
+        (weights.pressure_change, pressure_change),
+        (weights.tilt, tilt_deg),
+    )
+    for name, (weight, amount) in zip(COSTS, costs, strict=True):
         if weight > 0.0 and amount is not None:
             terms[name] = np.where(believed, -weight * amount, 0.0)
     return terms

@@ -16,9 +16,20 @@ import numpy as np
 
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, TurningSimulator
 from pneumorph.environment.place import Move, Place
+from pneumorph.environment.reward import COSTS, GOAL_TERMS
 
 _OF_IMAGES = ("mirrored_reward_cm", "mirrored_with_cm", "rewarded_cm")
 """What a step's info tells of the mirror images, see `TrainingEnvironment`."""
+
+_ENTRIES = {
+    "status": "status",
+    "distance": "distance_cm",
+    "achieved": "achieved",
+    "command": "command_kPa",
+    "final": "final_obs",
+    **{entry.removesuffix("_cm"): entry for entry in (*GOAL_TERMS.values(), *COSTS, *_OF_IMAGES)},
+}
+"""What a step's info may have besides terms of one's own, by the name that none of these has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +129,8 @@ class RewardTerm:
     """A term of a reward of one's own.
 
     Attributes:
-        name: What it is called; what it was worth stands in a step's info as ``NAME_cm``.
+        name: What it is called; what it was worth stands in a step's info as ``NAME_cm``. Names
+            that the info may have itself, such as ``tilt``, are refused.
         unit: Of its amount, such as ``degrees``.
         cm_per_unit: What a unit of it is worth [cm]; negative for a penalty.
         amount: Its amount for each robot [unit], (robot,), of an `ActionMotion`; called twice for
@@ -149,6 +161,11 @@ class RewardTerm:
             raise ValueError(
                 f"the name of a term is {self.name!r}, expected one word of letters, digits and "
                 "underscores"
+            )
+        if self.name in _ENTRIES:
+            raise ValueError(
+                f"a term is called {self.name!r}, and a step's info has {_ENTRIES[self.name]!r} "
+                f"already, expected another name than {', '.join(sorted(_ENTRIES))}"
             )
 
     @property

@@ -84,12 +84,18 @@ class TaskWrapper(VectorWrapper):
     this class's for the terms.
 
     Raises:
-        TypeError: A subclass has other terms than a tuple, nothing but what no training asks for,
-            or a `step` that takes no actions.
+        TypeError: A subclass has other terms than a tuple, which is told where it is defined,
+            nothing but what no training asks for, or a `step` that takes no actions.
     """
 
     terms: tuple[RewardTerm, ...] = ()
     """What is added to the reward of the environment."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        own = vars(cls).get("terms", ())
+        if not hasattr(own, "__get__"):  # a property makes them later
+            _refuse_no_terms(own, cls.__name__)
 
     def __init__(self, environment: TrainingEnvironment) -> None:
         """Take the robots and their task from an environment."""
@@ -97,13 +103,7 @@ class TaskWrapper(VectorWrapper):
             raise ValueError(
                 f"environment is a {type(environment).__name__}, expected a Gymnasium VectorEnv"
             )
-        if not isinstance(self.terms, tuple) or not all(
-            isinstance(each, RewardTerm) for each in self.terms
-        ):
-            raise TypeError(
-                f"terms of {type(self).__name__} is {self.terms!r:.80}, expected a tuple of "
-                "RewardTerm, such as (turning,) with a comma"
-            )
+        _refuse_no_terms(self.terms, type(self).__name__)
         self._check_own()
         super().__init__(environment)
 
@@ -167,6 +167,20 @@ class TaskWrapper(VectorWrapper):
         """What the robots are simulated by, after a step at the step's end: a `CrawlingSimulator`,
         and of the others in ``crawling_simulator`` those whose attributes it has."""
         return self.env.simulator  # type: ignore[attr-defined]
+
+
+def _refuse_no_terms(terms: Any, name: str) -> None:
+    """Refuse terms of a task that are no tuple of them.
+
+    Args:
+        terms: What the task has as its terms.
+        name: What the task is called.
+    """
+    if not isinstance(terms, tuple) or not all(isinstance(each, RewardTerm) for each in terms):
+        raise TypeError(
+            f"terms of {name} is {terms!r:.80}, expected a tuple of RewardTerm, such as (turning,) "
+            "with a comma"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,23 +79,37 @@ class FabricatedLeg:
     simulated_mass_g: float
     """Mass in the simulation [g]."""
 
+    @property
+    def said(self) -> str:
+        """Its masses, for a person."""
+        return (
+            f"{self.count} x {self.name}: {self.mass_g:.1f} g as built, "
+            f"{self.simulated_mass_g:.1f} g in the simulation"
+        )
+
+    @property
+    def cast_error_percent(self) -> float:
+        """How much more is cast than is simulated [%]."""
+        # Of the same boxes; what is left is of sums.
+        return round(100.0 * (self.cast_volume_mm3 / self.mesh_volume_mm3 - 1.0), 9)
+
 
 @dataclass(frozen=True)
 class FabricatedRobot:
-    """Volumes, masses and checks of what a design is built from. What is of a leg is of the first
-    kind; `legs` has all of them."""
+    """Volumes, masses and checks of what a design is built from. What is of a leg is of its one
+    kind, and None of several; `legs` has all of them."""
 
     design: str
     leg_count: int
-    cast_volume_mm3: float
-    mesh_volume_mm3: float
-    cast_volume_error_percent: float
+    cast_volume_mm3: float | None
+    mesh_volume_mm3: float | None
+    cast_volume_error_percent: float | None
     undercut_mm3: dict[str, float]
-    """Volume in the way when each part of the mould is taken off."""
+    """Volume in the way when each part of the mould is taken off; empty of several kinds."""
     watertight: bool
     silicone_ml: float
     silicone_g: float
-    leg_mass_g: float
+    leg_mass_g: float | None
     """Silicone and sheet of a leg as it is cast [g]."""
     solids: dict[str, FabricatedSolid]
     parts: tuple[Part, ...]
@@ -116,6 +130,8 @@ class FabricatedRobot:
     """How far the hub gives way; None where it was not computed."""
     legs: tuple[FabricatedLeg, ...] = ()
     """The kinds of legs of the design."""
+    notes: tuple[str, ...] = ()
+    """Volumes and masses of each kind, where there are several."""
 
 
 def fabricate(
@@ -176,11 +192,12 @@ def fabricate(
         )
         for leg, material in zip(robot.legs, materials, strict=True)
     )
-    for made_leg in legs if robot.file is not None else ():
-        folder.progress.say(
-            f"{made_leg.count} x {made_leg.name}: {made_leg.mass_g:.1f} g as built, "
-            f"{made_leg.simulated_mass_g:.1f} g in the simulation"
-        )
+    notes = tuple(
+        f"{leg.said}; {leg.cast_volume_mm3:.0f} mm3 cast, {leg.mesh_volume_mm3:.0f} in its mesh"
+        for leg in legs
+    )
+    if robot.file is not None and len(legs) == 1:
+        folder.progress.say(legs[0].said)
     warning = mass_warning(
         {leg.name: (leg.mass_g, leg.simulated_mass_g) for leg in legs},
         (printed.mass_g, robot.hub.simulated_mass_g),
@@ -190,30 +207,28 @@ def fabricate(
     if warning is not None:
         folder.progress.say(warning)
     mixed = [part for part in parts if part.name == "silicone to mix"]
-    first = legs[0]
+    only = legs[0] if len(legs) == 1 else None
     return FabricatedRobot(
         design=str(robot.design),
         leg_count=robot.design.leg_count,
-        cast_volume_mm3=first.cast_volume_mm3,
-        mesh_volume_mm3=first.mesh_volume_mm3,
-        # Of the same boxes; what is left is of sums.
-        cast_volume_error_percent=round(
-            100.0 * (first.cast_volume_mm3 / first.mesh_volume_mm3 - 1.0), 9
-        ),
-        undercut_mm3=first.undercut_mm3 or {},
+        cast_volume_mm3=None if only is None else only.cast_volume_mm3,
+        mesh_volume_mm3=None if only is None else only.mesh_volume_mm3,
+        cast_volume_error_percent=None if only is None else only.cast_error_percent,
+        undercut_mm3={} if only is None else only.undercut_mm3 or {},
         watertight=True,  # surface_of raises otherwise
         silicone_ml=sum(_known(part.volume_ml) for part in mixed),
         silicone_g=sum(_known(part.mass_g) for part in mixed),
-        leg_mass_g=first.mass_g,
+        leg_mass_g=None if only is None else only.mass_g,
         solids=made,
         parts=tuple(parts),
         tubes=tuple(tubes),
         wall_s=time.monotonic() - start,
         hub_mass_g=printed.mass_g,
-        simulated_leg_mass_g=first.simulated_mass_g,
+        simulated_leg_mass_g=None if only is None else only.simulated_mass_g,
         simulated_hub_mass_g=robot.hub.simulated_mass_g,
         mass_warning=warning,
         legs=legs,
+        notes=() if only is not None else notes,
     )
 
 
@@ -258,7 +273,9 @@ def checked_hub(
         robot.module.full,
         settings.leg,
         settings.mounting,
-        settings.hub_check.largest_force_mN(1e-3 * (hub_g + made.leg_count * made.leg_mass_g)),
+        settings.hub_check.largest_force_mN(
+            1e-3 * (hub_g + made.leg_count * _known(made.leg_mass_g))
+        ),
     )
     return replace(made, hub_stiffness=stiffness)
 

@@ -90,7 +90,9 @@ def read_mesh_file(
         _check_outwards(mesh)
         _check_end_face(mesh)
     except MeshError as error:
-        raise MeshError(f"mesh file {path}: {error}") from error
+        bare = "the mesh has: none" in str(error)
+        way = "; a hub needs none of a leg's regions: --surfaces --node-sets" if bare else ""
+        raise MeshError(f"mesh file {path}: {error}{way}") from error
     return mesh
 
 

@@ -8,13 +8,20 @@ from pneumorph.geometry.contact_surfaces import distance_to
 from pneumorph.geometry.surface import winding_number
 
 
-def deepest_inside(points: np.ndarray, nodes: np.ndarray, skin: np.ndarray) -> float:
-    """How deep the deepest of some points is inside a closed surface [mm]; 0 where none is.
+def deepest_inside(
+    points: np.ndarray, nodes: np.ndarray, skin: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """How deep the deepest of points is inside a closed surface [mm], 0 if none is, and where; 0
+    too of a part of another program without a skin.
 
     Args:
         points: The points [mm], (point, 3).
         nodes: Positions [mm], (node, 3).
         skin: Node indices, normals out of what it encloses, (triangle, 3).
     """
-    within = points[winding_number(points, nodes, skin) > 0.5]
-    return max((distance_to(point, nodes[skin]) for point in within), default=0.0)
+    within = points[winding_number(points, nodes, skin) > 0.5] if len(skin) else points[:0]
+    depths = [distance_to(point, nodes[skin]) for point in within]
+    if not depths:
+        return 0.0, points[0]
+    deepest = int(np.argmax(depths))
+    return depths[deepest], within[deepest]

@@ -189,24 +189,58 @@ def refuse_other_settings(
         provenance: As `learn_in_folder` takes it.
 
     Raises:
-        ValueError: It has other settings, or its checkpoints are damaged.
+        ValueError: It has another task or other settings, or its checkpoints are damaged.
     """
     if has_checkpoint(Path(folder)):
         _refuse_changes(load_checkpoint(Path(folder)), settings, Path(folder), provenance)
 
 
+def refuse_other_task(folder: Path | str, own_task: str | None) -> None:
+    """Refuse to go on in a folder whose training is of another task; does nothing without one.
+
+    Args:
+        folder: The run folder.
+        own_task: What a task of one's own is called; None for the package's.
+
+    Raises:
+        ValueError: It is of another one, or its checkpoints are damaged.
+    """
+    if has_checkpoint(Path(folder)):
+        provenance = load_checkpoint(Path(folder)).metadata["provenance"]
+        refuse_task(folder, provenance.get("environment"), own_task)
+
+
+def refuse_task(folder: Path | str, theirs: str | None, ours: str | None) -> None:
+    """Refuse another task than that of a training: the name of each that is one's own, else None.
+
+    Raises:
+        ValueError: They differ; says how to go on.
+    """
+    if theirs == ours:
+        return
+    usual = "the package's task"
+    way = (
+        f"pass that task to pm.train, own_task={theirs}, since no file of the run holds it"
+        if theirs is not None
+        else "leave out own_task"
+    )
+    raise ValueError(
+        f"{folder} holds a training with own_task {theirs}, expected {ours}: it was trained on "
+        f"{usual if theirs is None else f'the task {theirs}'}, and "
+        f"{usual if ours is None else ours} is asked for; {way}, or choose another folder"
+    )
+
+
 def _refuse_changes(
     checkpoint: Checkpoint, settings: CooptSettings, folder: Path, provenance: Mapping[str, Any]
 ) -> None:
+    kept = checkpoint.metadata["provenance"]
+    refuse_task(folder, kept.get("environment"), provenance.get("environment"))
     # Read as settings: one that is newer than the checkpoint had its default.
     with reading(checkpoint.path, KIND):
         theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
     apart = differences(settings_to_dict(theirs), settings_to_dict(settings))
-    kept = {
-        name: value
-        for name, value in checkpoint.metadata["provenance"].items()
-        if name not in _MADE_ANEW
-    }
+    kept = {name: value for name, value in kept.items() if name not in _MADE_ANEW}
     for name, before, now in differences(kept, _as_json(provenance)):
         apart.append((current_setting(name), before, now))
     changed = [f"{name} {before!r}, now {now!r}" for name, before, now in apart]

@@ -6,7 +6,9 @@ from __future__ import annotations
 import json
 import math
 import shutil
-from collections.abc import Collection, Mapping
+import time
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,8 @@ from pneumorph.learn.weights_and_biases import open_wandb
 
 METRICS_FILE = "metrics.jsonl"
 TENSORBOARD_FOLDER = "tensorboard"
+_FLUSH_S = 120.0
+"""How often TensorBoard's file is brought to the disk, which may take long: as its package does."""
 
 HISTOGRAM_EDGES_CM = tuple(np.arange(-5.0, 30.01, 0.5).tolist())
 """Bins of the histogram of scores [cm]; scores beyond the ends count in the last bins."""
@@ -36,8 +40,6 @@ class MetricsLog:
                 makes them again, and at 0 TensorBoard's files with them.
             wandb_project: Project of Weights & Biases to log to as well.
         """
-        from tensorboardX import SummaryWriter
-
         folder = Path(folder)
         self.path = folder / METRICS_FILE
         kept = [line for line in read_metrics(folder) if line["timestep"] <= timestep]
@@ -46,31 +48,82 @@ class MetricsLog:
         self._file = self.path.open("a", encoding="utf-8")
         if not timestep:
             shutil.rmtree(folder / TENSORBOARD_FOLDER, ignore_errors=True)
-        self._board = SummaryWriter(
-            str(folder / TENSORBOARD_FOLDER), purge_step=timestep + 1 if timestep else None
-        )
+        self._board = _Board(folder / TENSORBOARD_FOLDER, timestep + 1 if timestep else None)
         self._wandb = open_wandb(folder, wandb_project, timestep) if wandb_project else None
 
     def write(self, metrics: Mapping[str, Any]) -> None:
-        """Write one round; ``metrics["timestep"]`` places it. Lists go to the file alone."""
-        self._file.write(json.dumps(dict(metrics), allow_nan=False) + "\n")
-        self._file.flush()
+        """Write one round; ``metrics["timestep"]`` places it. Lists go to the file alone.
+
+        Raises:
+            OSError: It cannot be written, such as onto a full disk.
+        """
+        with _named(self.path):
+            self._file.write(json.dumps(dict(metrics), allow_nan=False) + "\n")
+            self._file.flush()
         numbers = {
             name: value
             for name, value in metrics.items()
             if name != "timestep" and isinstance(value, int | float)
         }
-        for name, value in numbers.items():
-            self._board.add_scalar(name, value, metrics["timestep"])
+        self._board.write(numbers, metrics["timestep"])
         if self._wandb is not None:
             self._wandb.log(numbers, step=metrics["timestep"])
 
     def close(self) -> None:
-        """Close everything."""
-        self._file.close()
-        self._board.close()
-        if self._wandb is not None:
-            self._wandb.finish()
+        """Close everything; raises as `write`."""
+        with ExitStack() as closing:  # each of them, whichever fails
+            if self._wandb is not None:
+                closing.callback(self._wandb.finish)
+            closing.callback(self._board.close)
+            closing.enter_context(_named(self.path))
+            closing.callback(self._file.close)
+
+
+class _Board:
+    """Writes numbers for TensorBoard: the package's own writer does it in a thread, for whose
+    queue a run would wait for ever once the thread has died of a full disk."""
+
+    def __init__(self, folder: Path, purge_step: int | None) -> None:
+        """Open a file in a folder; what earlier files say from a step on is forgotten."""
+        from tensorboardX.event_file_writer import EventsWriter
+        from tensorboardX.proto.event_pb2 import Event, SessionLog
+
+        self._folder, self._event = folder, Event
+        with _named(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            self._writer = EventsWriter(str(folder / "events"))
+            if purge_step is not None:
+                begun = SessionLog(status=SessionLog.START)
+                self._writer.write_event(Event(step=purge_step, session_log=begun))
+        self._flushed_s = time.time()
+
+    def write(self, numbers: Mapping[str, float], step: int) -> None:
+        """Write the numbers of a step."""
+        from tensorboardX.summary import scalar
+
+        now_s = time.time()
+        with _named(self._folder):
+            for name, value in numbers.items():
+                summary = scalar(name, value)
+                self._writer.write_event(self._event(wall_time=now_s, step=step, summary=summary))
+            if now_s > self._flushed_s + _FLUSH_S:
+                self._writer.flush()
+                self._flushed_s = now_s
+
+    def close(self) -> None:
+        """Close the file."""
+        with _named(self._folder):
+            self._writer.close()
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name what cannot be written, which an open file's error does not."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 HISTOGRAM = "score_histogram"

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.artefact import read_text, write_atomically
+from pneumorph.base.settings import differences
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
@@ -303,8 +304,14 @@ def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:
         except json.JSONDecodeError:
             break
     if not lines or lines[0] != header:
+        theirs = lines[0] if lines and isinstance(lines[0], dict) else {}
+        apart = differences(theirs.get("description", {}), header["description"])
+        changed = "; ".join(
+            f"{name} {before!r:.80}, now {now!r:.80}" for name, before, now in apart
+        )
         raise ValueError(
-            f"{path} holds a search with other settings, expected those of this one; choose "
+            f"{path} holds a search with other settings ({changed or 'its first line is damaged'}),"
+            " expected the same; search with the settings of its folder's settings.json, or choose "
             "another folder"
         )
     whole = "".join(json.dumps(line) + "\n" for line in lines)

@@ -269,7 +269,7 @@ def quick_settings(seed: int = 0) -> CooptSettings:
 
 
 def restarting_settings(seed: int = 0) -> CooptSettings:
-    """Twelve short beginnings, the best of which is fine-tuned: an hour.
+    """Twelve short beginnings, the best of which is fine-tuned: two and a half hours on one core.
 
     In the measured physics one long training ends with the gaits that it came upon first
     (`reproduce/long_trainings`), so the time is spent on many as short as the demo's. The last four

@@ -11,11 +11,14 @@ import numpy as np
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.fabrication.robot_to_make import HubToMake, LegToMake, RobotToMake, Seat
 from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.surface import boundary_triangles
 from pneumorph.report.drawing_order import farthest_first
+from pneumorph.report.silhouette import is_covered, silhouette
 from pneumorph.report.style import (
     DISK_COLOUR,
     INK_COLOUR,
     figure_style,
+    fill_outline,
     new_figure,
     regulator_colour,
     save_figure,
@@ -35,6 +38,10 @@ _INCH_MM = 25.4
 _PLAN_MM = (175.0, 190.0)
 _MARGIN_MM = 18.0
 """Left around the plan for numbers and dimensions, on paper [mm]."""
+_FROM_ABOVE = np.eye(3)
+_FROM_THE_RIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+_ROOT_MM = 10.0
+"""A leg's face may be so far from the hub's own without a tube that is said to leave it."""
 Point = tuple[float, float]
 
 
@@ -61,6 +68,7 @@ def assembly_drawing(robot: RobotToMake, parts: Sequence[Part], tubes: Sequence[
         else:
             _section(_view(figure, place, (95.0, 20.0), 4.0), leg, 4.0)
     _tables(figure, parts, tubes)
+    _tube_note(figure, robot)
     _title(figure, robot)
     return figure
 
@@ -136,6 +144,26 @@ def _outline(axes: Axes, points: np.ndarray, colour: str, order: float) -> None:
     axes.fill(*hull.T, facecolor=colour, edgecolor=INK_COLOUR, linewidth=0.5, zorder=order)
 
 
+def _hub_outline(
+    axes: Axes, hub: HubToMake, view: np.ndarray, order: float, lift: float = 0.0
+) -> None:
+    """Fill what a hub covers: of one that is a mesh that need not be convex.
+
+    Args:
+        axes: Where to draw.
+        hub: The hub.
+        view: Directions to the right, up and towards the viewer, (3, 3), a row each.
+        order: When it is drawn.
+        lift: How much higher.
+    """
+    up = np.array([0.0, lift])
+    if hub.mesh is None:
+        _outline(axes, hub.outline_mm @ view[:2].T + up, DISK_COLOUR, order)
+        return
+    corners = silhouette(hub.mesh.nodes @ view.T, boundary_triangles(hub.mesh.tetrahedra))
+    fill_outline(axes, corners + up, DISK_COLOUR, INK_COLOUR, 1.0, order)
+
+
 def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
     from matplotlib.patches import Circle
 
@@ -145,7 +173,7 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
     for corners, colour in (pieces[number] for number in order):
         _outline(axes, corners[:, :2], colour, 2)
     hub = robot.hub
-    _outline(axes, hub.outline_mm[:, :2], DISK_COLOUR, 3)
+    _hub_outline(axes, hub, _FROM_ABOVE, 3)
     if hub.well_radius_mm > 0.0:
         axes.add_patch(
             Circle((0, 0), hub.well_radius_mm, facecolor="white", edgecolor=INK_COLOUR,
@@ -194,7 +222,7 @@ def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
         for place, regulator in zip(places, seat.regulators, strict=True):
             # Tubes of several chambers beside each other, as the chambers are.
             beside = 2.0 * unit * (len(seat.regulators) - 1 - 2 * place) * left
-            near = hub.well_radius_mm * direction + beside
+            near = _middle(hub) + hub.well_radius_mm * direction + beside
             x, y = np.column_stack([near, across + (inner + 4.0) * direction + beside])
             axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
         told = "regulator" if len(seat.regulators) == 1 else "regulators"
@@ -218,12 +246,16 @@ def _side(axes: Axes, robot: RobotToMake, scale: float) -> None:
     unit = scale / 2.0
     lift = -15.0 * unit
     hub = robot.hub.outline_mm
-    pieces = [(hub, DISK_COLOUR)]
+    pieces = [(hub, DISK_COLOUR)]  # the hub's is drawn by itself
     pieces += [piece for seat in robot.seats for piece in _coloured_boxes(seat)]
     order = farthest_first([corners for corners, _ in pieces], np.array([0.0, 1.0, 0.0]))
     for place, number in enumerate(order):
         corners, colour = pieces[number]
-        _outline(axes, corners[:, [0, 2]] + [0.0, lift], colour, 2.0 + place / len(order))
+        later = 2.0 + place / len(order)
+        if number == 0:
+            _hub_outline(axes, robot.hub, _FROM_THE_RIGHT, later, lift)
+        else:
+            _outline(axes, corners[:, [0, 2]] + [0.0, lift], colour, later)
     low, high = hub[:, 2].min(), hub[:, 2].max()
     _dimension(axes, (0.0, low + lift), (0.0, high + lift), f"{high - low:g}", unit)
     axes.text(0, 52 * unit, f"from the right, 1:{scale:g}", ha="center", fontsize=9)
@@ -307,6 +339,44 @@ def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> 
             for t in tubes
         ],
         [0.25] * 4,
+    )  # fmt: skip
+
+
+def _middle(hub: HubToMake) -> np.ndarray:
+    """Where tubes are led to, from above, (2,) [mm]."""
+    low, high = hub.outline_mm.min(axis=0), hub.outline_mm.max(axis=0)
+    return np.asarray(0.5 * (low + high)[:2])
+
+
+def outside_the_hub(robot: RobotToMake) -> list[str]:
+    """Places whose tubes leave the hub on their straight way to its middle, by number."""
+    if robot.hub.mesh is None:
+        return []
+    nodes, skin = robot.hub.mesh.nodes, boundary_triangles(robot.hub.mesh.tetrahedra)
+    found = []
+    for seat in robot.seats:
+        way = _middle(robot.hub) - seat.face_mm[:2]
+        long = float(np.linalg.norm(way))
+        if seat.leg is not None and long > _ROOT_MM:
+            along = np.arange(_ROOT_MM, long, 1.0)[:, None] / long
+            if not is_covered(seat.face_mm[:2] + along * way, nodes, skin).all():
+                found.append(f"{seat.location}")
+    return found
+
+
+def _tube_note(figure: Figure, robot: RobotToMake) -> None:
+    """Say which tubes cannot be led as they are drawn and cut."""
+    outside = outside_the_hub(robot)
+    if not outside:
+        return
+    axes = _place(figure, (330.0, 45.0), (80.0, 70.0))
+    axes.axis("off")
+    axes.text(
+        0.0, 1.0,
+        "Tubes are drawn and cut for the straight way to\nthe middle of the hub's length and width."
+        f"\nThese leave the hub on it: {', '.join(outside)}.\n"
+        "Lead them over the hub, and cut them longer.",
+        fontsize=7, va="top",
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.report import page
+from pneumorph.report.expert_words import unasked_of_expert
 from pneumorph.report.page import Section
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.style import (
@@ -84,10 +85,14 @@ def certificate_sections(
         "The expert's robot has "
         f"the phase of its largest mean in {_tuned_in(found)}, {found.expert.phase_deg:g}°."
     )
+    own_task = unasked_of_expert(run)
+    if own_task is not None:
+        caption += f" Pairs learned {own_task}, whose reward is known of none of them here."
     sections = [
         Section(
             _title(found),
-            sheet.drawn("bands", band_figure(found), caption) + _band_table(found),
+            sheet.drawn("bands", band_figure(found), caption)
+            + _band_table(found, is_compared=own_task is None),
         ),
         *_world_sections(found, run.folder if walks is None else walks, sheet),
         Section(f"What the {found.goal.label} depends on", _sensitivity_table(found)),
@@ -130,22 +135,29 @@ def _world_sections(found: Certificate, walks_in: Path, sheet: Sheet) -> list[Se
     )
 
 
-def _band_table(found: Certificate) -> str:
+def _band_table(found: Certificate, is_compared: bool = True) -> str:
     unit = found.goal.in_unit
     header = [
         "robot", "design", *map(unit, ("10th percentile", "median", "90th percentile")),
-        "beyond the expert", *map(unit, ("promised", "optimism")), "weight on the hub",
+        *["beyond the expert"] * is_compared,
+        *map(unit, ("promised", "optimism")), "weight on the hub",
         "worlds in which a leg left its snapshots' range",
     ]  # fmt: skip
     expert = found.expert
-    rows = [["expert", expert.design, *_numbers(expert.band.low, expert.band.median,
-                                                expert.band.high), "", "", "", "", ""]]  # fmt: skip
+    rows = [
+        [
+            "expert",
+            expert.design,
+            *_numbers(expert.band.low, expert.band.median, expert.band.high),
+            *[""] * (4 + is_compared),
+        ]
+    ]
     rows += [
         [
             pair.label,
             pair.design,
             *_numbers(pair.band.low, pair.band.median, pair.band.high),
-            f"{100.0 * pair.share_beyond_expert:.0f} %",
+            *[f"{100.0 * pair.share_beyond_expert:.0f} %"] * is_compared,
             *_numbers(pair.promised),
             _with_error(pair.optimism, pair.optimism_error),
             f"{100.0 * pair.hub_load_share:z.0f} %",

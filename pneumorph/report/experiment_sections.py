@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pneumorph.environment.goal import FORWARD
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report import page
 from pneumorph.report.page import Section
 from pneumorph.report.sheet import Sheet
@@ -14,19 +14,28 @@ from pneumorph.study.finished_run import FinishedRun
 def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return how the runs of a campaign compare, and why some failed."""
     goal = found.runs[0].goal if found.runs else FORWARD
+    alike = all(each.goal.label == goal.label for each in found.runs)
+    named = goal.in_unit if alike else str
+
+    def shown(value: float | None, own: Goal) -> float | str | None:
+        """With its unit where goals differ, as the column then has none."""
+        return value if alike or value is None else own.said(value)
+
     runs = page.table(
-        ["run", "best design", *map(goal.in_unit, ("best", "expert's best phase")), "timesteps"],
+        ["run", "best design", *map(named, ("best", "expert's best phase")), "timesteps"],
         [
-            (each.name, each.best_design or "none", each.counted,
-             each.baseline_best_distance_cm if goal.is_forward else each.baseline_best_achieved,
+            (each.name, each.best_design or "none", shown(each.counted, each.goal),
+             shown(each.baseline_best_distance_cm if each.goal.is_forward
+                   else each.baseline_best_achieved, each.goal),
              each.timesteps + each.finetuning_timesteps)
             for each in found.runs
         ],
     )  # fmt: skip
     spread = page.table(
-        ["variant", "runs", *map(goal.in_unit, ("mean best", "least", "most"))],
+        ["variant", "runs", *map(named, ("mean best", "least", "most"))],
         [
-            (name, each.run_count, each.mean_best, each.least_best, each.most_best)
+            (name, each.run_count, *(shown(value, each.goal) for value in
+             (each.mean_best, each.least_best, each.most_best)))
             for name, each in found.variants.items()
         ],
     )  # fmt: skip

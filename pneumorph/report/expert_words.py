@@ -51,6 +51,12 @@ def durations_apart(run: FinishedRun) -> Durations | None:
     return None if abs(pairs_s - expert_s) < step_s else Durations(pairs_s, expert_s)
 
 
+def unasked_of_expert(run: FinishedRun) -> str | None:
+    """The task of one's own that the pairs of a run, or of the run that it looks at, learned: the
+    expert was not asked for it, and is not to be compared by anything else. None of other runs."""
+    return run.own_task if run.source is None else run.own_task or run.source.own_task
+
+
 def expert_elsewhere(run: FinishedRun) -> str:
     """Where the expert of the training that a run looks at walked, such as ``in the training's
     physics``; empty where that is as the run's own robots did, reduced and in the same physics, and

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from pneumorph.environment.reward import RewardWeights
     from pneumorph.study.search_findings import DesignsBestGait
     from pneumorph.study.training_result import LearnedPair
 
@@ -92,11 +94,14 @@ def reward_figure(
     goal: Goal = FORWARD,
     baseline_world: str = "",
     labels: Sequence[str] | None = None,
+    own_task: str | None = None,
+    penalised: bool = False,
 ) -> Figure:
     """Return what of a goal is achieved, rewards in its unit, against timesteps (paper, figure 7).
 
     The shades are the histogram of scores weighted by the design distribution; the lines are the
-    mean and the best episode of each round and the best so far.
+    mean of each round and the best so far. Of a task of one's own all are its rewards, the best so
+    far is an episode and pairs are told by their scores: the expert, who has none, is left out.
 
     Args:
         metrics: Rounds, as the training's metrics file holds them.
@@ -108,16 +113,19 @@ def reward_figure(
         goal: What is achieved.
         baseline_world: Where the expert walked, if that is not where these rounds did.
         labels: What each pair is called, empty for one that has no name; None for L1, L2, ...
+        own_task: What a task of one's own is called, whose rewards are drawn [cm]; None for none.
+        penalised: Whether something is taken off the goal in rewards.
 
     Raises:
         ValueError: No rounds.
     """
+    counted = _Counted(goal, own_task)
     timestep = _timesteps(metrics)
     pairs = pairs[:_MOST_PAIRS]
     names = labels or [f"L{rank}" for rank in range(1, len(pairs) + 1)]
     named = list(zip(names, pairs, strict=False))
     figure = new_figure(6.6 if pairs else 5.2, 3.6 if pairs else 3.2)
-    axes = _with_plan_views(figure, named, plan_of, goal) if pairs else figure.add_subplot()
+    axes = _with_plan_views(figure, named, plan_of, counted) if pairs else figure.add_subplot()
     shares = np.array([each["score_histogram"] for each in metrics])
     if shares.shape[1] >= len(histogram_edges_cm):
         raise ValueError(
@@ -126,21 +134,28 @@ def reward_figure(
         )
     # Runs of an earlier version end at fewer bins of the same size; the square root shows the thin
     # tail of good designs early in training.
-    edges = np.asarray(histogram_edges_cm)[: shares.shape[1] + 1] / goal.cm_per_unit
+    edges = np.asarray(histogram_edges_cm)[: shares.shape[1] + 1] / counted.cm_per_unit
     axes.pcolormesh(np.concatenate([[0.0], timestep]), edges, np.sqrt(shares.T), cmap="Greys",
                     vmax=1.6, rasterized=True)  # fmt: skip
-    best = np.array([best_of_round(each) for each in metrics], dtype=float)
-    mean = np.array([each["return_mean_cm"] for each in metrics]) / goal.cm_per_unit
-    axes.plot(timestep, best, color=LEARNED_COLOUR, label="best so far")
-    axes.plot(timestep, mean, color=NEUTRAL_COLOUR, label="mean of the round")
+    if own_task is None:
+        best = np.array([best_of_round(each) for each in metrics], dtype=float)
+        told, of_mean = "best so far", "mean of the round"
+        if penalised:
+            told, of_mean = f"{goal.label} of the best so far", "mean reward of the round"
+    else:
+        best, baseline = best_returns_cm(metrics), None
+        told, of_mean = "best episode so far", "mean of the round"
+    mean = np.array([each["return_mean_cm"] for each in metrics]) / counted.cm_per_unit
+    axes.plot(timestep, best, color=LEARNED_COLOUR, label=told)
+    axes.plot(timestep, mean, color=NEUTRAL_COLOUR, label=of_mean)
     _draw_baseline(axes, baseline, goal, baseline_world)
     if learned is not None:
         axes.plot(timestep[-1], learned, "o", color=LEARNED_COLOUR, clip_on=False)
-        axes.annotate(goal.said(learned), (timestep[-1], learned), xytext=(0, 5),
+        axes.annotate(counted.said(learned), (timestep[-1], learned), xytext=(0, 5),
                       textcoords="offset points", ha="right", va="bottom")  # fmt: skip
     # The first pair is the end of the blue line.
     for label, pair in named[1:]:
-        far = goal.of_pair(pair)
+        far = counted.of_pair(pair)
         if pair.timestep is not None and far is not None:
             place = (pair.timestep, far)
             axes.plot(*place, "o", color=INK_COLOUR, markersize=3, clip_on=False)
@@ -148,12 +163,53 @@ def reward_figure(
                           path_effects=white_between())  # fmt: skip
     zero_line(axes)
     highest = max(np.nan_to_num(best).max(), baseline or 0.0, learned or 0.0)
-    lowest = min(-3.0, float(histogram_edges_cm[0]) / 2) / goal.cm_per_unit
-    axes.set_ylim(lowest, 1.12 * highest + 0.5 / goal.cm_per_unit)
-    axes.set(xlabel="timesteps (actions of all robots)", ylabel=goal.axis)
+    lowest = min(-3.0, float(histogram_edges_cm[0]) / 2) / counted.cm_per_unit
+    axes.set_ylim(lowest, 1.12 * highest + 0.5 / counted.cm_per_unit)
+    what = counted.axis
+    if penalised and own_task is None:
+        what = goal.in_unit(f"reward and {goal.label}")
+    axes.set(xlabel="timesteps (actions of all robots)", ylabel=what)
     # The shades of good designs come up to the top.
     figure.legend(loc="outside upper left", ncols=2)
     return figure
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """What pairs of a training are told by: the goal, or the score of a task of one's own."""
+
+    goal: Goal
+    own_task: str | None
+
+    @property
+    def cm_per_unit(self) -> float:
+        return self.goal.cm_per_unit if self.own_task is None else 1.0
+
+    @property
+    def axis(self) -> str:
+        return self.goal.axis if self.own_task is None else f"reward of {self.own_task} (cm)"
+
+    def of_pair(self, pair: LearnedPair) -> float | None:
+        return self.goal.of_pair(pair) if self.own_task is None else pair.score_cm
+
+    def said(self, value: float) -> str:
+        return self.goal.said(value) if self.own_task is None else said_score(value)
+
+
+def said_score(score_cm: float) -> str:
+    """What pairs are ranked by, for a person."""
+    return f"{score_cm:.2f} cm"
+
+
+def is_penalised(reward: RewardWeights) -> bool:
+    """Whether something is taken off what of the goal is achieved."""
+    return any((reward.backsliding, reward.hub_load, reward.pressure_change, reward.tilt))
+
+
+def best_returns_cm(metrics: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Most that an episode was rewarded until each round [cm], (round,); NaN before the first."""
+    best = np.array([each.get("return_maximum_cm") for each in metrics], dtype=float)
+    return np.asarray(np.fmax.accumulate(best))
 
 
 def best_of_round(metrics: Mapping[str, Any]) -> float | None:
@@ -164,7 +220,7 @@ def best_of_round(metrics: Mapping[str, Any]) -> float | None:
 
 
 def _with_plan_views(
-    figure: Figure, pairs: Sequence[tuple[str, LearnedPair]], plan_of: PlanOf, goal: Goal
+    figure: Figure, pairs: Sequence[tuple[str, LearnedPair]], plan_of: PlanOf, counted: _Counted
 ) -> Axes:
     """Draw the pairs' designs in a column at the right and return the axes at the left."""
     columns = figure.add_gridspec(1, 2, width_ratios=(5.2, 1.2))
@@ -172,8 +228,8 @@ def _with_plan_views(
     for row, (label, pair) in enumerate(pairs):
         view = figure.add_subplot(views[row])
         framed_plan_view(view, plan_of(Design.parse(pair.design)))
-        far = goal.of_pair(pair)
-        said = "failed" if far is None else goal.said(far)
+        far = counted.of_pair(pair)
+        said = "failed" if far is None else counted.said(far)
         view.set_title(f"{label}: {said}" if label else said, size=7, loc="center", pad=2)
     return figure.add_subplot(columns[0])
 

@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull
 from pneumorph.geometry.surface import boundary_triangles
 from pneumorph.report.payload_mark import PayloadMark, payload_mark, payload_mark_of
 from pneumorph.report.plan_bands import chamber_bands
+from pneumorph.report.silhouette import silhouette
 from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class Plan:
     """A robot from above, forward along x.
 
     Attributes:
-        hub_mm: Corners of the hub's outline, (corner, 2).
+        hub_mm: Corners of the hub's outline, (corner, 2), of one polygon: see `silhouette`.
         legs_mm: Of each leg's, each (corner, 2).
         regulators: Of each leg's cavities, or one of all of them, from 1.
         entries: Of each leg in the name of the design: its kind and its regulators, such as ``b2``.
@@ -109,7 +110,7 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
     entries = {each.location: str(each) for each in fittings}
     sites = zip(shape.leg_site.tolist(), shape.regulators, strict=True)
     return Plan(
-        _outline(shape.hub_nodes_mm),
+        silhouette(shape.hub_nodes_mm, shape.hub_triangles),
         legs,
         shape.regulators,
         tuple(entries.get(site, "+".join(map(str, own))) for site, own in sites),
@@ -132,10 +133,9 @@ def plans_of(robot: RobotOptions) -> PlanOf:
 def plans_of_spec(spec: RobotSpec) -> PlanOf:
     """What the designs of a robot look like, from its hub and modules."""
     mesh, carried = spec.hub.mesh, spec.hub.payload
-    hub = _outline(mesh.nodes)
-    mark = None
-    if carried is not None:
-        mark = payload_mark(carried.place_mm, mesh.nodes, boundary_triangles(mesh.tetrahedra))
+    skin = boundary_triangles(mesh.tetrahedra)
+    hub = silhouette(mesh.nodes, skin)
+    mark = None if carried is None else payload_mark(carried.place_mm, mesh.nodes, skin)
 
     def plan(design: Design) -> Plan:
         mounts = spec.assembly(design).mounts

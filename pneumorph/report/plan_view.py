@@ -16,6 +16,7 @@ from pneumorph.report.style import (
     DISK_COLOUR,
     INK_COLOUR,
     figure_style,
+    fill_outline,
     new_axes,
     regulator_colour,
 )
@@ -69,7 +70,7 @@ def draw_plan_view(
             axes.text(x, y, entry, color="white", ha="center", va="center", size=size,
                       path_effects=rim)  # fmt: skip
     if len(plan.hub_mm):
-        axes.fill(*placed(plan.hub_mm).T, facecolor=DISK_COLOUR, edgecolor="white", linewidth=0.8)
+        fill_outline(axes, placed(plan.hub_mm), DISK_COLOUR, "white", 0.8)
     x, y = centre_mm
     ahead, aside = 30.0 * size_mm * np.array([cosine, sine])
     arrow = {"arrowstyle": "->", "color": INK_COLOUR, "linewidth": 0.9}

@@ -15,7 +15,13 @@ from pneumorph.base.run_folder import SETTINGS, SUMMARY
 from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.goal import Goal
 from pneumorph.report import page
-from pneumorph.report.expert_words import Durations, durations_apart, expert_elsewhere
+from pneumorph.report.expert_words import (
+    Durations,
+    durations_apart,
+    expert_elsewhere,
+    unasked_of_expert,
+)
+from pneumorph.report.learning_figures import said_score
 from pneumorph.report.page import Section
 from pneumorph.report.physics_words import MEAN_OVER_WORLDS, physics_of
 from pneumorph.report.repeat_section import repeat_section
@@ -35,6 +41,7 @@ from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.baseline import BestPhase
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.simulated_walk import SimulatedWalk
+from pneumorph.study.training_result import TrainingResult
 
 _SHOWN_ELSEWHERE = (
     "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
@@ -150,10 +157,27 @@ def _headline(found: Any, run: FinishedRun, shown: VerbPage, goal: Goal) -> str:
         elsewhere = expert_elsewhere(run)
         numbers = experts_numbers(elsewhere) if elsewhere else EXPERT
         first += [(number, run.source.result(BestPhase)) for number in numbers]
+    scored: dict[str, str] = {}
+    if (own_task := unasked_of_expert(run)) is not None:
+        scored = _scored(found, own_task)
+        first = [(_of_distance(number, goal), of) for number, of in first if not number.of_expert]
     compared = any(number.walker == "expert" for number, _ in first)
     apart = durations_apart(run) if compared else None
     written = [_named(number, run, apart).said(result, goal) for number, result in first]
-    return page.numbers(dict(each for each in written if each is not None))
+    return page.numbers(scored | dict(each for each in written if each is not None))
+
+
+def _scored(found: Any, own_task: str) -> dict[str, str]:
+    """What the best pair of a training was rewarded for a task of one's own, with its label."""
+    pairs = found.pairs if isinstance(found, TrainingResult) else ()
+    if not pairs or pairs[0].score_cm is None:
+        return {}
+    return {f"score of the best pair, reward of {own_task}": said_score(pairs[0].score_cm)}
+
+
+def _of_distance(number: HeadlineNumber, goal: Goal) -> HeadlineNumber:
+    """A number that says what it is of, where that was not asked for."""
+    return replace(number, label=f"{goal.label} {number.of_goal}") if number.of_goal else number
 
 
 def _named(number: HeadlineNumber, run: FinishedRun, apart: Durations | None) -> HeadlineNumber:

@@ -134,18 +134,28 @@ class Actor:
         )  # fmt: skip
         low, high = ends[:, 0].min(axis=0) + lane, ends[:, 1].max(axis=0) + lane
         high[2] = max(high[2], low[2] + 45.0)
-        corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
-        hub = self.trajectory.hub_position_mm[[0, -1]] + lane
-        reach = np.hypot(*self.shape.hub_nodes_mm[:, :2].T).max(initial=0.0)
-        side = np.array([reach, 0.0, 0.0])
-        mark = self._mark_extent_mm() + lane
-        mark[:, 2] = np.maximum(mark[:, 2], low[2])  # a mast of a robot that lies in the floor
-        return np.concatenate([corners.reshape(3, -1).T, hub - side, hub + side, mark])
+        others = np.concatenate([self._hub_extent_mm(), self._mark_extent_mm()]) + lane
+        # A mast of a robot that lies in the floor, and the hub of one.
+        others[:, 2] = np.maximum(others[:, 2], low[2])
+        return np.concatenate([_box_corners(low, high), others])
 
     @cached_property
     def mark(self) -> PayloadMark | None:
         """How what it carries is drawn, in its frame; None where it carries nothing."""
         return payload_mark_of(self.shape)
+
+    def _hub_extent_mm(self) -> np.ndarray:
+        """Return corners of a box around its hub in all frames, (point, 3)."""
+        nodes, turns = self.shape.hub_nodes_mm, self.trajectory.hub_rotation
+        places = self.trajectory.hub_position_mm
+        known = np.isfinite(places).all(axis=1) & np.isfinite(turns).all(axis=(1, 2))
+        if not len(nodes) or not known.any():
+            return np.zeros((0, 3))
+        hubs = (
+            nodes @ turn.T + place for turn, place in zip(turns[known], places[known], strict=True)
+        )
+        ends = np.array([(hub.min(axis=0), hub.max(axis=0)) for hub in hubs])
+        return _box_corners(ends[:, 0].min(axis=0), ends[:, 1].max(axis=0))
 
     def _mark_extent_mm(self) -> np.ndarray:
         """Return ends of what it carries in all frames, (point, 3)."""
@@ -214,6 +224,12 @@ class Actor:
         strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * own
         mean: np.ndarray = (1.0 - strength[:, None] * (1.0 - full)).mean(axis=0)
         return mean
+
+
+def _box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the corners of a box, (8, 3)."""
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
+    return np.asarray(corners.reshape(3, -1).T)
 
 
 def shape_of(trajectory: Trajectory, label: str) -> RobotShape:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -73,6 +74,26 @@ def white_between() -> list[Any]:
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=2.0, foreground="white")]
+
+
+def fill_outline(
+    axes: Axes, corners: np.ndarray, colour: str, rim: str, width: float, order: float = 1.0
+) -> None:
+    """Fill a polygon, with a rim outside of it: it may go over itself on its way, which shows no
+    lines inside.
+
+    Args:
+        axes: Where to draw.
+        corners: Of the polygon, (corner, 2).
+        colour: What it is filled with.
+        rim: Colour of its rim.
+        width: Width of the rim in points, half of which another patch would have inside.
+        order: Later ones are drawn over earlier ones.
+    """
+    from matplotlib.patheffects import withStroke
+
+    around = [withStroke(linewidth=width, foreground=rim)]
+    axes.fill(*corners.T, facecolor=colour, edgecolor="none", path_effects=around, zorder=order)
 
 
 def path_colour(index: int, count: int) -> str:

@@ -12,10 +12,15 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.metrics import DRAWN, HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
-from pneumorph.report.expert_words import durations_apart, expert_elsewhere
+from pneumorph.report.expert_words import (
+    durations_apart,
+    expert_elsewhere,
+    unasked_of_expert,
+)
 from pneumorph.report.learning_figures import (
     AS_IT_STANDS,
     entropy_figure,
+    is_penalised,
     phase_figure,
     reward_figure,
 )
@@ -36,7 +41,9 @@ _DRAWN_PAIRS = 5
 def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the expert's gait at every phase."""
     goal, achieved = found.goal, found.phases_achieved or found.distances_cm
-    learned = _nominal(found) if isinstance(found, TrainingResult) else None
+    learned = None
+    if isinstance(found, TrainingResult) and found.own_task is None:
+        learned = _nominal(found)
     figure = phase_figure(found.phases_deg, achieved, learned, goal)
     caption = f"{found.baseline_design} under two sine waves, the second later by the phase"
     apart = durations_apart(run)
@@ -73,25 +80,32 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
     of_expert = AS_IT_STANDS if found.randomisation else ""
     if apart is not None:
         of_expert = f"{of_expert}, {apart.of_expert}".removeprefix(", ")
+    best = _best(found)
+    if found.own_task is not None:
+        best = found.pairs[0].score_cm if found.pairs else None
+    penalised = "coopt" in run.settings and is_penalised(run.task.reward)
     rewards = reward_figure(
         metrics,
         HISTOGRAM_EDGES_CM,
         found.best_achieved_by_expert,
-        _best(found),
+        best,
         seen,
         plans_of(run.robot),
         found.goal,
         of_expert,
         labels,
+        found.own_task,
+        penalised,
     )
     body = page.side_by_side(
         sheet.drawn(
             "training",
             rewards,
-            f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
+            f"{_title_of_rewards(found, penalised)} of each round of episodes. Grey shades: scores "
+            "of all "
             "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
             f"where training saw its best pairs.{_later(found, labels)}{_beginnings(found)}"
-            f"{_own_reward(found)}"
+            f"{_rewards(found, penalised)}"
             + ("" if apart is None else f" Robots of a round walk for {apart.pairs_s:.3g} s."),
         ),
         sheet.drawn(
@@ -120,13 +134,23 @@ def _later(found: TrainingResult, labels: Sequence[str]) -> str:
     )
 
 
-def _own_reward(found: TrainingResult) -> str:
-    """That not all of the figure is of the goal."""
-    if found.own_task is None:
+def _title_of_rewards(found: TrainingResult, penalised: bool) -> str:
+    if found.own_task is not None:
+        return f"Reward of {found.own_task}"
+    return "Reward" if penalised else found.goal.title
+
+
+def _rewards(found: TrainingResult, penalised: bool) -> str:
+    """What of the figure is rewards, where these are not the goal alone."""
+    if found.own_task is not None:
+        return (
+            f" What is grey is the reward of {found.own_task} in cm, and the blue line its most "
+            "in an episode; numbers beside dots and designs are scores. The expert's is not known."
+        )
+    if not penalised:
         return ""
     return (
-        f" What is grey is the reward of {found.own_task} in cm; the blue line and the dots are "
-        f"the {found.goal.label}."
+        f" What is grey is rewards; the blue line, the dots and the expert are {found.goal.label}."
     )
 
 
@@ -154,7 +178,7 @@ def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet)
         run,
         sheet,
         found.goal,
-        None if drawn else found,
+        None if drawn or found.own_task is not None else found,
         title,
         label=f"mean {found.goal.label}, worlds of the training" if drawn else "",
         beside=beside,
@@ -166,6 +190,7 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
     """Return an evaluation's distances beside those reported, and its worlds drawn at random."""
     learned, goal = run.source, found.goal
     compared = learned is not None and learned.verb in ("coopt", "demo")  # a search has no baseline
+    compared = compared and unasked_of_expert(run) is None
     baseline = learned.result(BestPhase) if learned is not None and compared else None
     apart = durations_apart(run)
     otherwise = [expert_elsewhere(run), "" if apart is None else apart.of_expert]

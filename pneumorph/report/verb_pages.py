@@ -75,6 +75,7 @@ class HeadlineNumber:
         of_goal: What follows the goal's label there; empty for what is no travel, and is shown
             alike whatever the goal.
         walker: Whose walk it is of, and so how long that was; empty for what is no travel.
+        of_expert: Whether it is the expert's, to compare with.
     """
 
     attribute: str
@@ -83,6 +84,7 @@ class HeadlineNumber:
     achieved: str = ""
     of_goal: str = ""
     walker: Literal["", "pair", "expert"] = ""
+    of_expert: bool = False
 
     def behind(self, words: str) -> HeadlineNumber:
         """The same number with words behind what it is called."""
@@ -148,7 +150,13 @@ def _certified(certificate: str) -> tuple[HeadlineNumber, ...]:
     )
     return tuple(
         HeadlineNumber(
-            f"{certificate}{name}", label, "{:.1f} cm", f"{certificate}{name}", of_goal, "pair"
+            f"{certificate}{name}",
+            label,
+            "{:.1f} cm",
+            f"{certificate}{name}",
+            of_goal,
+            "pair",
+            name.startswith("expert"),
         )
         for name, label, of_goal in told
     )
@@ -168,8 +176,11 @@ def experts_numbers(where: str = "in the world as it stands") -> tuple[HeadlineN
             "best_achieved_by_expert",
             f"of the expert's best phase {where}",
             "expert",
+            True,
         ),
-        HeadlineNumber("baseline_best_phase_deg", "the expert's best phase there", "{:.0f}°"),
+        HeadlineNumber(
+            "baseline_best_phase_deg", "the expert's best phase there", "{:.0f}°", of_expert=True
+        ),
     )
 
 

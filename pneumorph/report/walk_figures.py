@@ -57,7 +57,8 @@ def distance_figure(trajectories: Mapping[str, Trajectory], goal: Goal = FORWARD
         )  # fmt: skip
     zero_line(axes)
     axes.set(xlabel="time (s)", ylabel=goal.axis)
-    axes.legend(loc="upper left")
+    # Inside it would lie on one that goes backward, or on the line of nothing.
+    figure.legend(loc="outside upper left", ncols=2)
     return figure
 
 

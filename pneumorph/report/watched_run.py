@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder, read_settings
+from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER, RunFolder, read_settings
 from pneumorph.gait.phase_sweep import PhaseSweep
-from pneumorph.learn.checkpoint import NEWEST
+from pneumorph.learn.checkpoint import NEWEST, read_checkpoint
 from pneumorph.learn.coopt_result import SUMMARY_FILE
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.metrics import METRICS_FILE
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.snapshot import TrainingSnapshot, training_snapshot
-from pneumorph.report.learning_figures import AS_IT_STANDS
+from pneumorph.report.learning_figures import AS_IT_STANDS, is_penalised
 from pneumorph.report.page import write_html
 from pneumorph.report.physics_words import (
     MEAN_OVER_WORLDS,
@@ -64,6 +65,9 @@ class WatchedMoment:
     checkpoint_timestep: int | None
     page: str | None = None
     """The page of this moment, where one was written."""
+    own_task: str | None = None
+    """What a task of one's own is called, whose rewards these are; None before the first checkpoint
+    or of none."""
 
 
 class WatchedRun:
@@ -87,6 +91,8 @@ class WatchedRun:
         self._has_drawn_worlds = run.has_drawn_worlds
         self._baseline_world = AS_IT_STANDS if run.has_drawn_worlds else ""
         self._best: tuple[DesignGaitPair, Actor] | None = None
+        self._task: str | None = None
+        self._task_is_known = False
 
     def moment(self) -> WatchedMoment:
         """What the training is now."""
@@ -153,6 +159,7 @@ class WatchedRun:
                 for pair in snapshot.pairs[:SHOWN_DESIGNS]
             ),
             checkpoint_timestep=snapshot.pairs_timestep,
+            own_task=self._own_task(),
         )
 
     def _view(self, snapshot: TrainingSnapshot) -> dict[str, Any]:
@@ -168,7 +175,24 @@ class WatchedRun:
             self._baseline_world,
             walked_in(physics_words(self._spec.physics), self._has_drawn_worlds),
             MEAN_OVER_WORLDS if self.settings.objective.is_robust else "",
+            self._own_task(),
+            is_penalised(self.settings.task.reward),
         )
+
+    def _own_task(self) -> str | None:
+        """What a task of one's own is called, as the first checkpoint tells, or the summary."""
+        if not self._task_is_known:
+            # Of damage the snapshot tells.
+            with suppress(FileNotFoundError, ArtefactError):
+                self._task, self._task_is_known = self._read_own_task(), True
+        return self._task
+
+    def _read_own_task(self) -> str | None:
+        if (self.folder / SUMMARY).exists():
+            return FinishedRun.read(self.folder).own_task
+        checkpoint = read_checkpoint(self.folder / TRAINING_FOLDER / NEWEST)
+        told: str | None = checkpoint.metadata["provenance"].get("environment")
+        return told
 
     def _baseline(self) -> float | None:
         """What the expert's best phase achieves, where the sweep is done."""

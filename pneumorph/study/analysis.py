@@ -23,6 +23,9 @@ from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
+from pneumorph.simulation.distribution import Distribution
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.furthest import furthest
 from pneumorph.study.recorded_walk import recorded_walk
@@ -41,26 +44,47 @@ class AnalysisSettings(Checked):
     """Length of a gait cycle [s]; slides back are counted and figures drawn per cycle."""
     record_every: Count = 5
     """Simulation steps between recorded frames."""
-    lowest_friction: Positive = 0.6
-    """Lowest friction coefficient that the robots walk with."""
-    highest_friction: Positive = 1.4
-    """Highest friction coefficient, included."""
+    lowest_friction: Positive | None = None
+    """Lowest friction coefficient that the robots walk with; by default the lowest that the run's
+    worlds are drawn with, of a run in one world half that of the physics."""
+    highest_friction: Positive | None = None
+    """Highest friction coefficient, included; by default the highest likewise, or twice that of the
+    physics."""
     friction_step: Positive = 0.1
     """Step between friction coefficients."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.lowest_friction > self.highest_friction:
-            raise ValueError(
-                f"lowest_friction is {self.lowest_friction}, expected at most highest_friction, "
-                f"{self.highest_friction}"
-            )
+        low, high = self.lowest_friction, self.highest_friction
+        if low is not None and high is not None:
+            _check_order(low, high)
 
-    @property
-    def frictions(self) -> tuple[float, ...]:
-        """The coefficients, in rising order."""
-        count = int((self.highest_friction - self.lowest_friction) / self.friction_step + 1e-9) + 1
-        return tuple(round(self.lowest_friction + i * self.friction_step, 9) for i in range(count))
+    def frictions(self, friction: float, drawn: Distribution | None = None) -> tuple[float, ...]:
+        """The coefficients, in rising order.
+
+        Args:
+            friction: That of the physics, which lies among those that nobody asked for.
+            drawn: What the run's worlds are drawn with; None of a run in one world.
+
+        Raises:
+            ValueError: The highest is below the lowest, one of which nobody asked for.
+        """
+        low, high = 0.5 * friction, 2.0 * friction
+        if drawn is not None and not drawn.is_constant:
+            low, high = min(drawn.lowest, friction), max(drawn.highest, friction)
+        low = low if self.lowest_friction is None else self.lowest_friction
+        high = high if self.highest_friction is None else self.highest_friction
+        _check_order(low, high)
+        count = int((high - low) / self.friction_step + 1e-9) + 1
+        steps = [round(low + i * self.friction_step, 9) for i in range(count)]
+        return (*steps, *([high] if steps[-1] < high - 1e-9 else []))
+
+
+def _check_order(lowest: float, highest: float) -> None:
+    if lowest > highest:
+        raise ValueError(
+            f"lowest_friction is {lowest:g}, expected at most highest_friction, {highest:g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -136,7 +160,8 @@ class Analysis:
     mass: RobotMass | None = None
     """What they weigh; None in files of earlier versions."""
     notes: tuple[str, ...] = ()
-    """Robots that left the range of their legs' snapshots."""
+    """That a task of one's own is not known here, and robots that left the range of their legs'
+    snapshots."""
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of it that pair achieved; None as there."""
@@ -196,6 +221,10 @@ def analyse(
     settings = settings or AnalysisSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
     spec = robot or run.spec()
+    drawn = None
+    if run.has_drawn_worlds:
+        drawn = run.structured("randomisation", Randomisation).distributions["friction"]
+    frictions = settings.frictions(spec.physics.friction, drawn)
     folder = folder or RunFolder(run.folder / "analysis", "analyse")
     robots = walkers(run, settings.pair_count)
     step_s = run.task.action_step_count * spec.physics.time_step_s
@@ -214,7 +243,7 @@ def analyse(
         folder.progress(number, len(robots), "recording")
     folder.progress.stage("walking over the range of friction")
     goal = run.task.goal
-    friction = _over_friction(spec, robots, settings.frictions, folder, goal)
+    friction = _over_friction(spec, robots, frictions, folder, goal)
     analysed = tuple(
         analysed_robot(each, trajectory, spec, step_s, settings.cycle_s, goal, friction[each.label])
         for each, trajectory in zip(robots, recorded, strict=True)
@@ -228,9 +257,12 @@ def analyse(
         best_achieved=best.achieved,
         **spec.describe(reduced=False),
         friction=spec.physics.friction,
-        frictions=settings.frictions,
+        frictions=frictions,
         robots=analysed,
-        notes=tuple(filter(None, (range_note(each.label, each.range_ratio) for each in analysed))),
+        notes=(
+            *own_task_notes(run.own_task, goal),
+            *filter(None, (range_note(each.label, each.range_ratio) for each in analysed)),
+        ),
         wall_s=time.monotonic() - start,
     )
     content = result_to_dict(found)

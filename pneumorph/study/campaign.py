@@ -27,6 +27,7 @@ from pneumorph.base.settings import (
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.study.campaign_progress import campaign_progress
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.survived import NONE_SURVIVED
 from pneumorph.study.training_options import TrainingOptions, train_once
 from pneumorph.study.training_result import TrainingResult
 
@@ -144,13 +145,16 @@ class Campaign:
     status: str
     """``completed``, or that some runs failed."""
     best_run: str | None
+    """None where no robot survived, or where runs have different goals, which do not compare."""
     best_design: str | None
     best_distance_cm: float | None
     runs: tuple[CampaignRun, ...]
     variants: dict[str, Spread]
     failures: dict[str, str]
-    """Why runs failed, by their names."""
+    """Why runs failed, by their names; also of those that ended without a robot that survived."""
     wall_s: float
+    notes: tuple[str, ...] = ()
+    """Why there is no best run, where robots survived."""
 
 
 def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
@@ -178,7 +182,9 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
         if name not in failures
     }
     walked = [run for run in runs.values() if run.counted is not None]
-    best = max(walked, key=lambda run: run.counted or 0.0, default=None)
+    failures |= {name: NONE_SURVIVED for name, run in runs.items() if run.counted is None}
+    notes = _of_goals(walked)
+    best = None if notes else max(walked, key=lambda run: run.counted or 0.0, default=None)
     found = Campaign(
         status="completed" if not failures else "some runs failed",
         best_run=None if best is None else best.name,
@@ -192,11 +198,23 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
         },
         failures=failures,
         wall_s=time.monotonic() - start,
+        notes=notes,
     )  # fmt: skip
     content = result_to_dict(found)
     kept = ("runs", "variants", "failures")
     write_json(folder / CAMPAIGN_FILE, {name: content[name] for name in kept})
     return found
+
+
+def _of_goals(runs: Sequence[CampaignRun]) -> tuple[str, ...]:
+    """What to tell of runs with different goals; nothing of those that compare."""
+    goals = {run.goal.label: run.name for run in runs}
+    if len(goals) < 2:
+        return ()
+    said = ", ".join(f"{goal} in {name}" for goal, name in goals.items())
+    return (
+        f"no run is the best of all: their goals differ ({said}); `variants` has the best of each",
+    )
 
 
 def _of_one(options: TrainingOptions) -> TrainingOptions:

@@ -8,34 +8,43 @@ fine-tuned on the new leg, and they walk again.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import write_json
+from pneumorph.base.artefact import read_json, write_json
 from pneumorph.base.result import finite, result_to_dict
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import SETTINGS, SUMMARY, RunFolder, read_settings
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.robot.design import Design
+from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.certificate import certify_once
 from pneumorph.study.certified_candidates import (
     Candidates,
     CertificateSettings,
+    RoundSettings,
 )
 from pneumorph.study.certified_pairs import Certificate, CertifiedRound, RoundPair
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.learned_again import Trained, learned_again
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
-from pneumorph.study.reduction import Reduction, reduce, said_of_further
+from pneumorph.study.reduction import PART_FILE, Reduction, reduce, said_of_further
 from pneumorph.study.robustness import KEPT_WALKS
-from pneumorph.study.study_once import study_once
+from pneumorph.study.shown_worlds import SHOWN_WORLDS
+from pneumorph.study.study_once import refuse_others, study_once
 
 CERTIFICATE_FILE = "certificate.json"
 CERTIFICATE_FOLDER = "certificate"
+SPENT_FILE = "spent.json"
+"""What reducing a leg again has taken so far, so that what was stopped counts."""
 GAITS_STAYED = (
     "gaits stayed as they were: the run fine-tuned nothing, or its checkpoint or task is not there"
 )
@@ -68,7 +77,8 @@ def certify(
         settings: Which pairs and worlds, and whether as finite elements too.
         robot: What they walk as; None for the leg and physics of the run.
         folder: Keeps walks of finite elements and all that is made of them, and is told how far it
-            is; None for RUN/certificate.
+            is; walks of reduced robots are there until it has a summary. None for RUN/certificate,
+            where they are until the end.
         reduction: How the leg is reduced again where it parts from its finite elements; None for
             the way of its physics.
 
@@ -79,14 +89,17 @@ def certify(
     """
     settings = settings or CertificateSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
-    folder = folder or RunFolder(run.folder / CERTIFICATE_FOLDER, "certify")
+    own = folder or RunFolder(run.folder / CERTIFICATE_FOLDER, "certify")
     robot = robot or run.spec()
     worlds = robot.agreeing_worlds(settings.randomisation)
     settings = replace(settings, randomisation=worlds)
     candidates = Candidates.of_run(run, settings)
     usual = from_walks(physics_of_part(robot.modules[0].reduced))
     again = Again(reduction or usual, Trained.of_run(run))
-    return certify_candidates(candidates, settings, robot, folder, again)
+    found = certify_candidates(candidates, settings, robot, own, again)
+    if folder is None:  # nobody writes a summary there
+        shutil.rmtree(own.path / KEPT_WALKS, ignore_errors=True)
+    return found
 
 
 def certify_candidates(
@@ -96,10 +109,12 @@ def certify_candidates(
     folder: RunFolder,
     again: Again,
 ) -> Certificate:
-    """Certify pairs and the expert; raises as `certify`.
+    """Certify pairs and the expert; raises as `certify`, before anything walks where the folder's
+    new legs are of other settings.
 
-    What was made is kept until the end, finite elements beyond it: the same call goes on where it
-    was stopped, and seconds that were spent on finite elements before count.
+    What was made is kept until the folder has a summary, finite elements beyond it: the same call
+    goes on where it was stopped, and seconds that were spent on finite elements and new legs before
+    count.
 
     Args:
         candidates: What is certified.
@@ -113,6 +128,10 @@ def certify_candidates(
     rounds: list[CertifiedRound] = []
     walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0
+    made_of = _made_of(settings, spec, again.reduction) if settings.full else {}
+    if settings.full:
+        _refuse_other_legs(folder.path, made_of)
+    folder.keep_until_summary(folder.path / KEPT_WALKS)
     while True:
         found = certify_once(candidates, settings, spec, folder)
         wall_s += found.wall_s
@@ -133,19 +152,30 @@ def certify_candidates(
             if len(rounds) > 1 and again.trained is None:
                 notes = (*notes, GAITS_STAYED)
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
+        own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
+        asked = {**made_of, "walks": _walk_files(rounds)}
+        if ending is None and (own.path / SUMMARY).exists():
+            refuse_others(own.path, asked, later=_SAID_NOW)
         write_json(folder / CERTIFICATE_FILE, finite(result_to_dict(found)))
         if ending is not None:
             break
-        own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
-        made = _reduced_again(spec, again.reduction, rounds, own, folder.path)
-        spec, made_s = spec.reduced_again(Path(made.part)), made.wall_s
+        made = _reduced_again(spec, again.reduction, asked, own, folder.path)
+        # Where it lies now: its summary says where it was made.
+        spec, made_s = spec.reduced_again(own.path / PART_FILE), made.wall_s
         candidates = replace(candidates, seen_mean=None)  # those were of the other leg
         if again.trained is not None:
             candidates, learned_s = _tuned_again(candidates, again.trained, spec, own)
             made_s += learned_s
         wall_s += made_s
-    shutil.rmtree(folder.path / KEPT_WALKS, ignore_errors=True)
     return found
+
+
+def forget_certificate(folder: Path) -> None:
+    """Remove the certificate of an earlier training from a folder that is no run of its own; walks
+    of finite elements and new legs stay."""
+    if not (folder / SUMMARY).exists():
+        for name in (CERTIFICATE_FILE, *(file for file, _ in SHOWN_WORLDS.values())):
+            (folder / name).unlink(missing_ok=True)
 
 
 def nearest_round(rounds: Sequence[CertifiedRound]) -> int:
@@ -248,28 +278,109 @@ def _walk_files(rounds: Sequence[CertifiedRound]) -> list[str]:
     return list(dict.fromkeys(walk.states for walk in walks if walk.states is not None))
 
 
+def _made_of(
+    settings: CertificateSettings, spec: RobotSpec, reduction: ReduceSettings
+) -> dict[str, Any]:
+    """What decides how new legs are made and, beside the run, which walks they are made from."""
+    drawn = settings.randomisation
+    walked = replace(
+        settings,
+        cycle_s=CertificateSettings.cycle_s,
+        rounds=RoundSettings(),
+        randomisation=replace(drawn, reductions=()),
+    )
+    return {
+        "certificate": walked,
+        "physics": spec.physics,
+        "leg": spec.reduction_digest(),
+        "reductions": sorted(reduction_digests(drawn).values()),
+        "reduction": reduction,
+    }
+
+
+_SAID_NOW = ("certificate", "physics", "leg", "reductions")
+"""What new legs of earlier versions do not say."""
+
+
+def _refuse_other_legs(folder: Path, made_of: Mapping[str, Any]) -> None:
+    """Refuse a folder whose first new leg is of something else.
+
+    Raises:
+        ValueError: It is; names the first setting that differs.
+    """
+    first = folder / "round_1"
+    if not (first / SUMMARY).exists():
+        return
+    refuse_others(first, made_of, later=_SAID_NOW)
+    if "certificate" in read_settings(first) or not (folder / SUMMARY).exists():
+        return
+    if (folder / SETTINGS).exists():  # of an earlier version: the verb's say how many walked
+        said = read_settings(folder).get("certificate", {})
+        kept = {name: said[name] for name in _COUNTS if name in said}
+        asked = {name: getattr(made_of["certificate"], name) for name in kept}
+        if kept != asked:
+            raise ValueError(
+                f"{folder} holds new legs of a certificate of other settings ({kept}), expected "
+                f"the same ({asked}); choose another folder"
+            )
+
+
+_COUNTS = ("pair_count", "world_count", "world_seed", "tuning_world_count", "worst_world_count")
+
+
 def _reduced_again(
     spec: RobotSpec,
     settings: ReduceSettings,
-    rounds: Sequence[CertifiedRound],
+    asked: Mapping[str, Any],
     folder: RunFolder,
     kept: Path,
 ) -> Reduction:
     """The leg, with all walks so far among its snapshots."""
-    files = _walk_files(rounds)
-    return study_once(
-        folder,
-        Reduction,
-        {"reduction": settings, "walks": files},
-        lambda: reduce(
-            spec,
-            folder,
-            settings,
-            said_of_further(spec),
-            further=[kept / file for file in files],
-            snapshot_folder=kept / "snapshots",
-        ),
-    )
+
+    def make() -> Reduction:
+        with _spent_s(folder.path / SPENT_FILE) as earlier_s:
+            found = reduce(
+                spec,
+                folder,
+                settings,
+                said_of_further(spec),
+                further=[kept / file for file in asked["walks"]],
+                snapshot_folder=kept / "snapshots",
+            )
+        return replace(found, wall_s=earlier_s + found.wall_s)
+
+    return study_once(folder, Reduction, asked, make, later=_SAID_NOW)
+
+
+@contextmanager
+def _spent_s(file: Path, interval_s: float = 10.0) -> Iterator[float]:
+    """Keep what the block takes in a file, also of a process that is killed; yields the seconds
+    that earlier ones took.
+
+    Args:
+        file: The file.
+        interval_s: How often it is written [s].
+    """
+    earlier_s = float(read_json(file, "JSON")["wall_s"]) if file.exists() else 0.0
+    start, ended = time.monotonic(), threading.Event()
+
+    def keep() -> None:
+        write_json(file, {"wall_s": earlier_s + time.monotonic() - start})
+
+    def watch() -> None:
+        while not ended.wait(interval_s):
+            with suppress(OSError):  # the work itself tells of a full disk
+                keep()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield earlier_s
+    finally:
+        ended.set()
+        thread.join()
+        with suppress(OSError):
+            keep()
 
 
 def _tuned_again(

@@ -161,6 +161,8 @@ class DeployedGait:
     """Standard deviation over trials; None of a single one."""
     goal: Goal | None = None
     """What the gait was made for: forward where it is from a file of its own."""
+    learned_for: str | None = None
+    """Task of one's own that the gait was learned for; None for one of the package's."""
     mean_achieved: float | None = None
     """Mean over trials of what of the goal was achieved [its unit]."""
     physics: Physics | None = None
@@ -225,7 +227,7 @@ def deploy_gait(
             if note is not None:
                 folder.progress.say(note)
         design, gait, goal = found.design, found.gait, found.goal
-        described = {"gait": found.name, "design": str(design)}
+        described = {"gait": found.name, "design": str(design), "learned_for": found.own_task}
         if found.own_task_note is not None:
             described["notes"] = (found.own_task_note,)
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are

@@ -75,12 +75,23 @@ class DeployedRobot:
         notes += [*told, *lost_notes(label, trials), *skipped_notes(label, trials, gait)]
         notes += [f"{label}: {note}" for note in notes_of(trials)]
         check_length(label, gait.duration_s, trials, step_s)
-        return cls(label, run, gait, Design.parse(comments["design"]), trials)
+        robot = cls(label, run, gait, Design.parse(comments["design"]), trials)
+        if (task := robot.learned_for) is not None:
+            notes.append(f"{label} was learned for the task {task}, which is in no file of its run")
+        return robot
 
     @cached_property
     def finished(self) -> FinishedRun | None:
         """Its deployment; None where the folder has no summary."""
         return FinishedRun.read(self.run) if (self.run / SUMMARY).is_file() else None
+
+    @property
+    def learned_for(self) -> str | None:
+        """Task of one's own that its gait was learned for; None where no summary names one."""
+        run = self.finished
+        if run is None or run.summary.get("learned_for") is None:
+            return None
+        return run.of_summary("learned_for", str)
 
     def goal(self) -> Goal | None:
         """What it was taught; None where no summary says so."""

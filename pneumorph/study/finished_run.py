@@ -231,6 +231,16 @@ class FinishedRun:
         return FinishedRun.read(folder) if (folder / SUMMARY).exists() else None
 
     @property
+    def chosen_design(self) -> str:
+        """Its best design, or the one that walked in it.
+
+        Raises:
+            ArtefactError: It has neither.
+        """
+        one = "design" in self.summary and "best_design" not in self.summary
+        return self.of_summary("design" if one else "best_design", str)
+
+    @property
     def own_task(self) -> str | None:
         """What the task of its training was called, where it was none of the package's."""
         return None if self.summary.get("own_task") is None else self.of_summary("own_task", str)

@@ -37,7 +37,7 @@ def check_walkers_apart(mesh: Mesh, poses: Sequence[Pose], settings: WalkSnapsho
         # In the frame of the first, which its box fits best.
         apart = poses[first].inverse().compose(poses[second])
         theirs, ours = apart.apply(outside), apart.inverse().apply(outside)
-        depth_mm = max(deepest_inside(each, mesh.nodes, skin) for each in (theirs, ours))
+        depth_mm = max(deepest_inside(each, mesh.nodes, skin)[0] for each in (theirs, ours))
         if depth_mm > USUAL_TOLERANCE_MM:
             raise ValueError(
                 f"legs at the places {first} and {second} of a robot that is to walk for snapshots "

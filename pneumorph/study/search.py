@@ -22,7 +22,11 @@ from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
+from pneumorph.environment.equal_designs import (
+    check_equal_designs,
+    check_equal_starts,
+    lost_mirror_note,
+)
 from pneumorph.environment.equal_grounds import check_equal_grounds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.walk import walk
@@ -137,6 +141,10 @@ def search(
     check_equal_designs(space, task.goal, poses=poses)
     check_equal_starts(space, robot.physics.start, poses)
     check_equal_grounds(space, robot.physics, poses)
+    lost = lost_mirror_note(space, robot.physics.start, robot.allowed_designs)
+    before = () if lost is None else (lost,)
+    for note in before:
+        folder.progress.say(note)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     say_unseen_pressure(robot, task.maximum_pressure_kPa, folder.progress.say)
     objective, worlds = settings.objective, None
@@ -157,6 +165,8 @@ def search(
     )
     gaits = settings.method == "gaits"
     designs = _designs(settings, learned) if gaits else {}
+    if (long := _long_generation(settings, designs)) is not None:
+        folder.progress.say(long)
     # Before the search, which takes hours: a run that lost its policy ends here.
     by_policy = _policy_pairs(environment, space, learned, list(designs), folder, objective)
     action_s = task.action_step_count * robot.physics.time_step_s
@@ -198,6 +208,7 @@ def search(
         simulated_s=float(found.timesteps[-1]) * action_s,
         notes=(
             *own_task,
+            *before,
             *idle,
             *_of_same_worlds(own, objective),
             *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
@@ -209,6 +220,25 @@ def search(
         **robot.describe(reduced=False),
         wall_s=time.monotonic() - start,
         status=status_of(walked or None),
+    )
+
+
+def _long_generation(settings: SearchSettings, designs: Mapping[int, str]) -> str | None:
+    """What to say, before anything walks, of a limit that the first generation goes beyond; None of
+    others."""
+    gaits = settings.method == "gaits"
+    population = getattr(settings, settings.method).population
+    count = population * (len(designs) if gaits else 1)
+    worlds, actions = settings.objective.worlds_at(0), settings.task.action_count
+    least, asked = count * worlds * actions, _timesteps(settings, len(designs))
+    if least <= asked:
+        return None
+    drawn = f"--random-design-count 0 in place of {settings.random_design_count}, "
+    return (
+        f"{least} timesteps will be made at least, and {asked} are asked for: one generation is of "
+        f"{count} candidates, each of {actions} actions in {worlds} world{'s'[: worlds > 1]}; for "
+        f"fewer: {drawn if gaits and settings.random_design_count else ''}"
+        f"--{settings.method}.population, now {population}, or --task.action-count"
     )
 
 

@@ -63,7 +63,7 @@ def study_once(
         folder.refuse_other_verb()
         finished = (folder.path / SUMMARY).exists()
         if (finished or begun) and (folder.path / SETTINGS).exists():
-            _refuse_others(folder.path, asked, free, later)
+            refuse_others(folder.path, asked, free, later)
         if finished:
             # Not a verb's run alone: a step of a study is of what its folder says.
             place = folder.path
@@ -81,7 +81,14 @@ def make_study(folder: RunFolder, asked: Any, make: Callable[[], Result]) -> Res
     return found
 
 
-def _refuse_others(folder: Path, asked: Any, free: Collection[str], later: Collection[str]) -> None:
+def refuse_others(
+    folder: Path, asked: Any, free: Collection[str] = (), later: Collection[str] = ()
+) -> None:
+    """Refuse a folder whose settings are of another study; arguments as `study_once`.
+
+    Raises:
+        ValueError: They are; names the first that differs.
+    """
     there: Mapping[str, Any] = read_settings(folder)
     if is_dataclass(asked):
         # Read as settings: one that is newer than the study had its default.

@@ -11,7 +11,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
-from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER, RunFolder, read_summary
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.description_notes import damping_note, design_note
 from pneumorph.catalogue.idle_numbers import idle_notes
@@ -21,6 +21,7 @@ from pneumorph.catalogue.robot_settings import asked_regulators, described_robot
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
+from pneumorph.learn.cooptimise import refuse_other_task, refuse_task
 from pneumorph.learn.settings import (
     CooptSettings,
     paper_settings,
@@ -171,7 +172,8 @@ def quick_training() -> TrainingOptions:
 
 
 def fast_training() -> TrainingOptions:
-    """A search of an hour: twelve short trainings, the best of which is fine-tuned."""
+    """A search of two and a half hours: twelve short trainings, of the best of which designs are
+    fine-tuned."""
     return measured_training(restarting_settings(), {"coopt": {"objective": _SHORT_OBJECTIVE}})
 
 
@@ -228,9 +230,11 @@ def train(
     if preset not in PRESETS:
         raise ValueError(f"preset is {preset!r}, expected {' or '.join(PRESETS)}")
     if not (robot is None or isinstance(robot, (str, Path))):
+        way = isinstance(robot, RobotDescription)
         raise TypeError(
             f"robot is a {type(robot).__name__}, expected the path of the file that describes it: "
             "the run keeps what the file says"
+            + ("; robot.write('robot.toml') writes one and returns its path" if way else "")
         )
     if not (changes is None or isinstance(changes, Mapping)):
         raise TypeError(f"changes is {changes!r:.60}, expected settings as nested dictionaries")
@@ -260,6 +264,8 @@ def train_once(
             process writes into it.
         ArtefactError: The folder is damaged.
     """
+    wanted = None if own_task is None else task_name(own_task)
+    _refuse_other_task(folder, wanted)
     terms = _terms_of(own_task)
     sided = options.coopt.sided_reward or any(term.depends_on_side for term in terms)
     coopt = replace(options.coopt, sided_reward=sided)
@@ -284,12 +290,6 @@ def train_once(
                 f"{folder.path} holds a training that was shown {list(found.shown)}, expected "
                 f"{asked}; choose another folder"
             )
-    wanted = None if own_task is None else task_name(own_task)
-    if found.own_task != wanted:
-        raise ValueError(
-            f"{folder.path} holds a training with own_task {found.own_task}, expected {wanted}; "
-            "choose another folder"
-        )
     said = ranked_by(options.coopt, wanted, terms)
     if isinstance(own_task, type) and found.ranked_by != said:
         raise ValueError(
@@ -310,6 +310,21 @@ def train_once(
     now = reduction_digests(options.randomisation) if then else {}
     _refuse_changed(folder, changed_digests(then, now), "reduction that worlds have")
     return found
+
+
+def _refuse_other_task(folder: RunFolder, own_task: str | None) -> None:
+    """Refuse a folder whose training, finished or not, is of another task: before its settings,
+    which differ then as well.
+
+    Raises:
+        ValueError: It is.
+    """
+    if not (folder.path / SUMMARY).exists():
+        refuse_other_task(folder.path / TRAINING_FOLDER, own_task)
+        return
+    summary = read_summary(folder.path)
+    if summary.get("verb") == folder.verb:  # another verb's folder is refused as such
+        refuse_task(folder.path, summary.get("own_task"), own_task)
 
 
 def _digests_of_reductions(found: TrainingResult) -> dict[str, str]:

@@ -16,7 +16,11 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
+from pneumorph.environment.equal_designs import (
+    check_equal_designs,
+    check_equal_starts,
+    lost_mirror_note,
+)
 from pneumorph.environment.equal_grounds import check_equal_grounds, roughness_note
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.environment.training_environment import (
@@ -26,7 +30,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings
+from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings, refuse_other_task
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.environments import state_size
 from pneumorph.learn.settings import CooptSettings
@@ -37,12 +41,14 @@ from pneumorph.study.certified_rounds import (
     CERTIFICATE_FOLDER,
     Again,
     certify_candidates,
+    forget_certificate,
 )
 from pneumorph.study.learned_again import Trained
 from pneumorph.study.learning_robots import learning_and_judged, learning_robots
 from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_reward, task_name
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
+from pneumorph.study.robustness import KEPT_WALKS
 from pneumorph.study.shown_gaits import digests_of_shown
 from pneumorph.study.toppled_note import walk_notes
 from pneumorph.study.training_result import TrainingResult, fields_of_learned, ranked_by
@@ -102,6 +108,21 @@ def run_training(
             "robot's file or space.symmetries: only you know whether its step does"
         )
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
+    shown = digests_of_shown(demonstrations, settings)
+    provenance = {
+        "simulation": spec.settings,
+        "leg": spec.reduction_digest(),
+        **resume_identity(spec),
+        **drawn,
+        **({} if name is None else {"environment": name}),
+        **({"shown": shown} if shown else {}),
+    }
+    # Before any robot walks, and the baseline of other settings is written over that of the run.
+    training = folder.path / TRAINING_FOLDER
+    if own_task is None:
+        refuse_other_settings(settings, training, provenance)
+    else:  # its terms are known once it is made
+        refuse_other_task(training, name)
     learning = learning_robots(spec, settings, folder.progress)
     make_environments, make_judged = learning_and_judged(
         lambda robots: environments_of(settings, robots, worlds, own_task), spec, learning
@@ -119,18 +140,8 @@ def run_training(
         if terms:  # each tells what it finds wrong
             made.reset()
             made.step(np.zeros((made.num_envs, settings.task.regulator_count), np.float32))
-    shown = digests_of_shown(demonstrations, settings)
-    provenance = {
-        "simulation": spec.settings,
-        "leg": spec.reduction_digest(),
-        **resume_identity(spec),
-        **drawn,
-        **({} if name is None else {"environment": name}),
-        **({"terms": [term.said for term in terms]} if terms else {}),
-        **({"shown": shown} if shown else {}),
-    }
-    # Before the baseline of other settings is written over that of the run.
-    refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
+        provenance |= {"terms": [term.said for term in terms]} if terms else {}
+        refuse_other_settings(settings, training, provenance)
     highest_kPa = max(settings.task.maximum_pressure_kPa, 2.0 * baseline.gait.amplitude_kPa)
     say_unseen_pressure(spec, highest_kPa, folder.progress.say)
     expert = swept(spec, baseline, folder, settings.task.goal)
@@ -165,6 +176,9 @@ def run_training(
         if certificate.full:
             own = RunFolder(folder.path / CERTIFICATE_FOLDER, "certify", folder.progress)
         certified = certify_candidates(found, certificate, spec, own, again)
+        folder.keep_until_summary(own.path / KEPT_WALKS)
+    if certified is None or not certified.rounds:
+        forget_certificate(folder.path / CERTIFICATE_FOLDER)
     # Learning counts what earlier processes spent on it before this one went on.
     learned_s = learned.wall_s + (learned.finetuning_wall_s or 0.0)
     return TrainingResult(
@@ -259,6 +273,7 @@ def _check(
     randomised = None if worlds is None else worlds.randomisation
     redrawn = randomised is not None and randomised.ground_roughness_mm != "0"
     told = (
+        lost_mirror_note(settings.space, spec.physics.start, spec.allowed_designs),
         roughness_note(settings.space, spec.physics, redrawn),
         _of_single_worlds(wanted, drawn),
     )

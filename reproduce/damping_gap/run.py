@@ -57,7 +57,8 @@ def damped(robot: RobotOptions, damping: Damping) -> RobotOptions:
 def analysed(run: Path, damping: Damping, folder: Path) -> Analysis:
     """The best pairs of a run under a damping."""
     learned, place = FinishedRun.read(run), study_folder(folder, "analyse")
-    robot, settings = damped(learned.robot, damping), AnalysisSettings()
+    robot = damped(learned.robot, damping)
+    settings = AnalysisSettings(lowest_friction=0.6, highest_friction=1.4)
     asked = {"run": str(run), "analysis": settings, "robot": robot}
     return study_once(
         place, Analysis, asked, lambda: analyse(learned, settings, robot.spec(), place)

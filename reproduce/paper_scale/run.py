@@ -137,7 +137,8 @@ class PaperScale:
 
     def analysis(self) -> None:
         """Rewards of each step, tilt, load and friction of each leg, distance over friction."""
-        run, settings = FinishedRun.read(self.out), AnalysisSettings()
+        run = FinishedRun.read(self.out)
+        settings = AnalysisSettings(lowest_friction=0.6, highest_friction=1.4)
         place, spec = study_folder(self.work / "analysis", "analyse"), run.robot.spec()
         found = study_once(
             place,

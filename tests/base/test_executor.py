@@ -127,6 +127,15 @@ def test_the_others_go_on_without_a_task_that_is_given_up(
     assert results == {0: "0", 2: "2", 3: "3"}
 
 
+def test_a_task_is_named_by_its_number() -> None:
+    """Whatever it holds, such as all settings of a robot."""
+    settings = ExecutorSettings(process_count=2, attempt_limit=1)
+    with pytest.raises(WorkerError) as told:
+        dict(run_tasks(dies_always, None, ["content" * 1000], settings))  # type: ignore[list-item]
+    assert str(told.value).startswith("task 0 was begun 1 times")
+    assert "content" not in str(told.value)
+
+
 _PARENT = """
 import sys, time
 from pathlib import Path

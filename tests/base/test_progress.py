@@ -92,3 +92,14 @@ def test_quiet_prints_nothing() -> None:
 
 def test_clock() -> None:
     assert [clock(s) for s in (0.2, 61, 3725)] == ["0:00", "1:01", "1:02:05"]
+
+
+def test_a_closed_standard_error_gets_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And what was meant for it does not go to the output."""
+    monkeypatch.setattr("sys.stderr", None)
+    shown = Progress()
+    shown.stage("a")
+    shown(1, 1)
+    assert capsys.readouterr().out == ""

@@ -76,3 +76,61 @@ def test_a_folder_is_written_by_one_process_at_a_time(tmp_path: Path) -> None:
 def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match=r"holds no summary\.json"):
         read_summary(tmp_path)
+
+
+ASKED, OTHER = {"seed": 1}, {"seed": 2}
+
+
+def settings_of(folder: Path) -> dict[str, int] | None:
+    path = folder / "settings.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+@pytest.mark.parametrize("before", ["no folder", "empty", "unfinished", "finished", "resumable"])
+def test_settings_are_there_from_the_beginning(tmp_path: Path, before: str) -> None:
+    """Unless another run's are those of what is there; one that fails at once changes nothing."""
+    path = tmp_path / "run"
+    folder = RunFolder(path, "coopt")
+    earlier = None if before in ("no folder", "empty") else OTHER
+    if before != "no folder":
+        path.mkdir()
+    if earlier is not None:
+        folder.save_settings(earlier)
+    if before == "finished":
+        folder.save_summary({})
+    if before == "resumable":
+        (folder / "training/checkpoint.npz").touch()
+    put_back = folder.begin(ASKED, fresh=before == "no folder", resumable=before == "resumable")
+    stay = before in ("finished", "resumable")
+    assert settings_of(path) == (OTHER if stay else ASKED)
+    put_back()
+    assert settings_of(path) == earlier
+    assert path.exists() == (before != "no folder")
+
+
+def test_settings_of_a_run_that_made_something_stay(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path, "search")
+    folder.save_settings(OTHER)
+    put_back = folder.begin(ASKED, fresh=False)
+    (folder / "search.jsonl").touch()
+    put_back()
+    assert settings_of(tmp_path) == ASKED
+
+
+def test_what_a_stopped_run_needs_is_there_until_the_summary_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = RunFolder(tmp_path, "certify")
+    (folder / "walks/a.json").touch()
+    folder.keep_until_summary(tmp_path / "walks")
+
+    def full(*_: object) -> Path:
+        raise OSError("No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("pneumorph.base.run_folder.write_json", full)
+        with pytest.raises(OSError, match="No space"):
+            folder.save_summary({})
+    assert (tmp_path / "walks/a.json").exists()
+    folder.save_summary({})
+    assert not (tmp_path / "walks").exists()

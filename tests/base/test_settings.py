@@ -73,7 +73,7 @@ def test_a_text_is_no_list() -> None:
         ({"objective": "no"}, "objective: expected bool, got 'no'"),
         ({"threads": True}, "threads: expected int, got True"),
         ({"contact": {"solver": "best"}}, r"contact\.solver: .*best"),
-        ({"phases": [0.0, "x"]}, r"phases\.1: expected int or float, got 'x'"),
+        ({"phases": [0.0, "x"]}, r"phases\[1\]: expected a number, got 'x'"),
         ({"step_s": -1.0}, "step_s is -1.0, expected above 0"),
     ],
 )

@@ -141,6 +141,7 @@ Edited = Callable[[str, str], Path]
             f"options = {['0 1'] * 3 + ['0 2'] * 3}".replace("'", '"'),
             "regulator 3 of 4 drives nothing",
         ),
+        ("yaw_deg = 90", 'yaw_deg = "90"', r": sites\[1\]\.yaw_deg: expected a number, got '90'"),
     ],
 )
 def test_a_file_that_is_none_is_refused(
@@ -175,6 +176,11 @@ def test_a_file_that_is_none_is_refused(
             "yaw_deg = 0\npitch_deg = 15",
             "yaw_deg = 180\npitch_deg = 15",
             "does the site's x axis point away",
+        ),
+        (
+            "yaw_deg = 0\npitch_deg = 15",
+            "yaw_deg = 30\npitch_deg = 20",  # off the front face by both
+            "x axis point away .* 35.5 degrees off the normal of the nearest face",
         ),
         (
             'pitch_deg = 15\n\n[[sites]]\nname = "left',

@@ -73,7 +73,8 @@ def test_analyse_tells_steps_legs_and_friction(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = run_json(
-        f"analyse {learned} --cycle-s 0.4 --record-every 1 --friction-step 0.3 --out {tmp_path}",
+        f"analyse {learned} --cycle-s 0.4 --record-every 1 --friction-step 0.3 "
+        f"--highest-friction 1.2 --out {tmp_path}",
         capsys,
     )
     assert found["frictions"] == [0.6, 0.9, 1.2]

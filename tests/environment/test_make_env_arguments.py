@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,22 @@ def test_of_a_robot_of_other_sites_a_design_must_be_named() -> None:
         make_single_env(robot=robot)
     made = pm.make_env(num_envs=2, design=described.usual_design, robot=robot)
     assert made.num_envs == 2
+
+
+def test_a_design_that_the_rules_forbid_walks_with_a_warning() -> None:
+    described = pm.RobotDescription.read(PLATE)
+    robot, usual = described.spec(), described.usual_design
+    said = re.escape("design b1.0.2.0.0.b1 is none that [designs] of ")
+    for make in (ANY.make_env, make_single_env):
+        with pytest.warns(UserWarning, match=f"{said}.*it has too few legs: 3"):
+            make(design="b1.0.2.0.0.b1", robot=robot)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        made = pm.make_env(design=usual, robot=robot)
+        pm.make_env(design="1.0.0.0.0.0.0.0")  # of the paper's robot no file says what may be
+    with pytest.warns(UserWarning, match=said):
+        made.reset(options={"designs": ["b1.0.2.0.0.b1"]})
+    assert [str(each) for each in made.designs] == ["b1.0.2.0.0.b1"]
 
 
 def test_the_reward_that_documents_name_is_that_of_trainings() -> None:

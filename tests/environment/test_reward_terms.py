@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -191,12 +191,40 @@ def test_what_the_simulator_does_not_know_is_no_amount() -> None:
 def test_terms_need_names_of_their_own() -> None:
     settings = toy_settings(round_count=4)
     usual, designs = made_of(Straight, settings), SPACE.some(settings.environment_count)
-    for name in ("forward_travel", "turning", "rewarded"):
-        term = replace(EITHER, name=name)
-        wrapped = type("Wrapped", (TaskWrapper,), {"terms": (term,)})(usual(designs))
-        wrapped.reset()
+    wrapped = type("Wrapped", (TaskWrapper,), {"terms": (EITHER,)})(usual(designs))
+    wrapped.reset()
+    with pytest.raises(ValueError, match="a step's info has 'turning_cm' already"):
+        wrapped.step(np.zeros((16, 2), np.float32))
+    for name in ("forward_travel", "rewarded"):
         with pytest.raises(ValueError, match=f"a step's info has '{name}_cm' already"):
-            wrapped.step(np.zeros((16, 2), np.float32))
+            replace(EITHER, name=name)
+
+
+def test_no_term_has_a_name_of_a_step_whatever_the_task_counts() -> None:
+    """Of every goal, with every penalty, to the end of an episode."""
+    weights = {"backsliding": 1.0, "hub_load": 1.0, "pressure_change": 1.0, "tilt": 1.0}
+    entries: set[str] = set()
+    for goal in get_args(GoalName):
+        task = pm.CrawlingTask(
+            action_count=1, action_step_count=1, settling_step_count=1,
+            reward=RewardWeights(goal=goal, **weights),
+        )  # fmt: skip
+        made = pm.make_env(num_envs=1, task=task)
+        made.reset()
+        entries |= set(made.step(np.zeros((1, 3)))[-1])
+    names = {each.split("_cm")[0].removesuffix("_kPa") for each in entries if each[0] != "_"}
+    names = {"final" if each.startswith("final_") else each for each in names}
+    assert {"status", "distance", "command", "final", "tilt", "turn", "mirrored_with"} <= names
+    for name in names:
+        with pytest.raises(ValueError, match=f"a term is called '{name}', .* another name than "):
+            replace(EITHER, name=name)
+
+
+def test_terms_without_a_comma_are_refused_where_the_class_is_made() -> None:
+    with pytest.raises(TypeError, match=r"terms of Wrapped is RewardTerm.* with a comma"):
+        type("Wrapped", (TaskWrapper,), {"terms": EITHER})
+    made_later = property(lambda self: (EITHER,))
+    type("Wrapped", (TaskWrapper,), {"terms": made_later})
 
 
 @pytest.mark.parametrize("terms", [EITHER, ("turning",), [EITHER]])

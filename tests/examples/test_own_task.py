@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -15,14 +16,18 @@ from gymnasium.spaces import Box
 from helpers.published_plate import published_plate
 
 import pneumorph as pm
+from pneumorph.base.layers import layered
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.environment.goal import FORWARD
 from pneumorph.environment.registration import make_env
 from pneumorph.environment.training_environment import TrainingEnvironment
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.report.explorer.scored_designs import scored_by_training
+from pneumorph.study import training_run
 from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.training_options import PRESETS, train_as_asked
 
 TASK = {"action_count": 4, "action_step_count": 100}  # as long as a period of the expert
 TINY = {
@@ -120,6 +125,36 @@ def test_a_run_from_python_is_a_run_of_coopt(
     monkeypatch.setattr(own_task.Straight, "terms", ())
     with pytest.raises(ValueError, match="Straight asks for reward of Straight;"):
         own_task.main(["--robot", str(plate), "--out", str(trained)], **TINY)
+
+
+def test_a_forgotten_task_is_told_before_any_setting(
+    plate: Path, trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a finished training, of one that was stopped, and of one that goes on by `coopt`."""
+    said = (
+        "holds a training with own_task Straight, expected None: it was trained on the task "
+        "Straight, and the package's task is asked for; pass that task to pm.train, "
+        "own_task=Straight, since no file of the run holds it, or choose another folder"
+    )
+    other: dict[str, Any] = {**TINY, "coopt": {**TINY["coopt"], "seed": 7}}
+    with pytest.raises(ValueError, match=re.escape(said)):
+        pm.train(trained, plate, changes=other)
+    stopped = shutil.copytree(trained, tmp_path / "run")
+    (stopped / "summary.json").unlink()
+    with pytest.raises(ValueError, match=re.escape(said)):
+        pm.train(stopped, plate, changes=other)
+
+    def walks(*_: Any) -> None:
+        raise AssertionError("robots walk before settings are compared")
+
+    monkeypatch.setattr(training_run, "learning_robots", walks)
+    asked = layered(PRESETS["quick"](), [{"robot": {"described": str(plate)}}, other])
+    for folder in (trained, stopped):
+        with pytest.raises(ValueError, match=re.escape(said)):
+            train_as_asked(replace(asked, resume=True), RunFolder(folder, "coopt"))
+    crooked = type("Crooked", (own_task.Straight,), {})
+    with pytest.raises(ValueError, match="on the task Straight, and Crooked is asked for"):
+        pm.train(trained, plate, changes=TINY, own_task=crooked)
 
 
 def test_a_run_of_another_leg_is_not_read_as_one_of_this(

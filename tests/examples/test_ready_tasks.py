@@ -60,7 +60,11 @@ def test_a_task_of_the_table_runs(
     words[words.index("--out") + 1] = str(tmp_path / "run")
     assert run([*words, *TINY.split(), "--no-page"]) == 0
     assert _asked(json.loads((tmp_path / "run/settings.json").read_text()), task)
-    assert json.loads((tmp_path / "run/summary.json").read_text())["pairs"]
+    found = json.loads((tmp_path / "run/summary.json").read_text())
+    assert found["pairs"]
+    lost = "robots start with heading 90 and roll 0 degrees, in which they are not their own mirror"
+    told = any(note.startswith(lost) for note in found["notes"])
+    assert told == (task == "forward, put down facing left")
 
 
 def test_the_page_of_the_plate_shows_the_plate(

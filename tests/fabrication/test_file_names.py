@@ -68,6 +68,17 @@ def test_every_kind_has_its_own_solids_and_lines_of_the_parts_list(
     asked = RobotToMake(Design.parse("1.1.1.1.1"), (), legs, hub, "box", "box.toml")
     made = fabricate(asked, FabricationSettings(), RunFolder(tmp_path, "fabricate"))
 
+    # What is of a leg is of none of several.
+    of_one = (made.cast_volume_mm3, made.mesh_volume_mm3, made.cast_volume_error_percent,
+              made.leg_mass_g, made.simulated_leg_mass_g)  # fmt: skip
+    assert of_one == (None,) * 5
+    assert len(made.notes) == 5
+    assert made.notes[4].startswith("1 x short: ")
+    assert made.notes[4].endswith("1.0 g in the simulation; 1000 mm3 cast, 1000 in its mesh")
+    one = fabricate(replace(asked, legs=legs[:1]), FabricationSettings(),
+                    RunFolder(tmp_path / "one", "fabricate"))  # fmt: skip
+    assert (one.cast_volume_mm3, one.simulated_leg_mass_g, one.notes) == (1000.0, 1.0, ())
+
     begin = ["long-leg-1", "long-leg-2", "leg-1", "leg-2", "short"]
     solids = ("mould_upper", "mould_lower", "core", "leg")
     expected = {f"{kind}_{solid}" for kind in begin for solid in solids}

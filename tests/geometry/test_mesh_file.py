@@ -314,3 +314,12 @@ def test_a_meshers_file_in_place_of_a_mesh_is_told_what_to_do(tmp_path):
     path.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
     with pytest.raises(ArtefactError, match=r"not a readable Mesh .*pneumorph mesh --file .*msh"):
         Mesh.load(path)
+
+
+def test_a_hub_without_a_legs_regions_is_told_how_it_is_read(tmp_path):
+    made = two_chamber_mesh()
+    path = tmp_path / "hub.vtu"
+    meshio.Mesh(made.nodes, [("tetra", made.tetrahedra)]).write(path)
+    with pytest.raises(MeshError, match=r"the mesh has: none; a hub needs .*: --surfaces --node-"):
+        read_mesh_file(path, ("cavity",), ("attachment",))
+    assert read_mesh_file(path, (), ()).tetrahedra.shape == made.tetrahedra.shape

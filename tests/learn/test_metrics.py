@@ -2,6 +2,9 @@
 
 import json
 import struct
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -102,3 +105,38 @@ def test_histogram_holds_all_probability() -> None:
     shares = score_histogram(scores, np.array([0.1, 0.2, 0.3, 0.4]))
     np.testing.assert_allclose(sum(shares), 1.0)
     np.testing.assert_allclose([shares[0], shares[10], shares[-1]], [0.1, 0.5, 0.4])
+
+
+def test_a_full_disk_is_told_with_what_cannot_be_written(tmp_path: Path) -> None:
+    """Here files of more than 64 kB, which TensorBoard's is first; whoever writes is not kept
+    waiting."""
+    program = textwrap.dedent(f"""
+        import resource
+        from pneumorph.learn.metrics import MetricsLog
+
+        log = MetricsLog({str(tmp_path)!r})
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2**16, 2**16))
+        try:
+            for timestep in range(1, 1000):
+                log.write({{"timestep": timestep, **{{f"number_{{n}}": n for n in range(25)}}}})
+        except OSError as error:
+            print(error)
+    """)
+    told = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60.0
+    )
+    assert f"File too large: '{tmp_path / TENSORBOARD_FOLDER}'" in told.stdout
+
+
+def test_a_full_disk_closes_what_is_open_and_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = MetricsLog(tmp_path)
+    log._file.close()
+    log._file = open("/dev/full", "w")  # noqa: SIM115
+    with pytest.raises(OSError, match=f"No space left on device: '{tmp_path / METRICS_FILE}'"):
+        log.write({"timestep": 1})
+    with pytest.raises(OSError, match=f"No space left on device: '{tmp_path / METRICS_FILE}'"):
+        log.close()
+    assert log._file.closed
+    assert _events(tmp_path / TENSORBOARD_FOLDER)[0].file_version == "brain.Event:2"

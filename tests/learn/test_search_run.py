@@ -212,6 +212,8 @@ def test_other_searches_in_a_folder_are_refused(tmp_path: Path) -> None:
     search("random", 320, tmp_path, description={"seed": 0})
     with pytest.raises(ValueError, match="holds a search with other settings"):
         search("random", 320, tmp_path, description={"seed": 1})
+    with pytest.raises(ValueError, match=r"other settings \(seed 0, now 1\), expected the same"):
+        search("random", 320, tmp_path, description={"seed": 1})
     with pytest.raises(ValueError, match="a generation of 20 distances, expected 30"):
         run_search(
             RandomSearch(SPACE, TASK, RandomSearchSettings(population=30), seed=0),

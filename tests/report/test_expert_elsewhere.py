@@ -25,11 +25,14 @@ TRAINED_IN = Physics(friction=0.8)
 SLIPPERY = replace(TRAINED_IN, friction=0.3)
 
 
-def evaluated(folder: Path, **changed: Any) -> tuple[Evaluation, FinishedRun]:
+def evaluated(
+    folder: Path, own_task: str | None = None, **changed: Any
+) -> tuple[Evaluation, FinishedRun]:
     """An evaluation of a training whose expert went 7.6 cm."""
     trained = replace(
         example(TrainingResult),
         goal=FORWARD,
+        own_task=own_task,
         baseline_best_distance_cm=7.6,
         baseline_best_achieved=7.6,
         physics=TRAINED_IN,
@@ -53,6 +56,14 @@ def told(found: Evaluation, run: FinishedRun) -> str:
     unused: Any = None
     sections = evaluation_sections(found, run, unused)
     return _headline(found, run, PAGES["evaluate"], FORWARD) + sections[0].body
+
+
+def test_pairs_that_learned_another_task_are_not_told_over_the_expert(tmp_path: Path) -> None:
+    found, run = evaluated(tmp_path, own_task="Diagonal")
+    page = told(found, run)
+    assert "over the baseline" not in page
+    assert "expert" not in page
+    assert "distance of the best pair" in page
 
 
 def test_in_the_same_physics_pairs_are_told_over_the_expert(tmp_path: Path) -> None:

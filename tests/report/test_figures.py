@@ -7,19 +7,38 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
+from pneumorph.environment.goal import Goal
+from pneumorph.environment.reward import RewardWeights
+from pneumorph.report.learning_figures import (
+    entropy_figure,
+    is_penalised,
+    phase_figure,
+    reward_figure,
+)
 from pneumorph.report.plan import Plan, paper_plan
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.reduction_figures import bend_figure
 from pneumorph.report.style import regulator_colour, save_figure
 from pneumorph.report.walk_figures import distance_figure, path_figure, pressure_figure
 from pneumorph.robot.design import Design
+from pneumorph.study.training_result import LearnedPair
+
+DESIGN = "1.0.0.2.2.0.0.1"
 
 
 def test_distance_is_in_centimetres_from_the_start(make_trajectory) -> None:
     figure = distance_figure({"learned": make_trajectory(speed_mm_per_s=20.0)})
     line = figure.axes[0].lines[0]
     assert line.get_ydata()[[0, -1]] == pytest.approx([0.0, 4.0])
+
+
+def test_the_legend_of_distances_lies_on_nothing_that_is_drawn(make_trajectory) -> None:
+    """Robots that go backward are where it was."""
+    figure = distance_figure({"learned": make_trajectory(), "expert": make_trajectory(DESIGN, -9)})
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    assert figure.axes[0].get_legend() is None
+    assert legend.get_window_extent().y0 >= figure.axes[0].get_window_extent().y1
 
 
 def test_pressures_have_a_panel_for_each_regulator(make_trajectory) -> None:
@@ -137,3 +156,44 @@ def test_training_is_drawn_beside_the_baseline() -> None:
         reward_figure([], [0.0, 1.0])
     with pytest.raises(ValueError, match="2 bins, expected fewer than the 2 edges"):
         reward_figure(metrics, [0.0, 1.0])
+
+
+ROUNDS = [
+    {
+        "timestep": 100 * number,
+        "best_distance_cm": 9.0,
+        "return_mean_cm": 0.5 * number,
+        "return_maximum_cm": most,
+        "score_histogram": [0.25, 0.75],
+    }
+    for number, most in ((1, None), (2, 3.0), (3, 2.0))
+]
+
+
+def test_rewards_of_a_task_of_ones_own_are_drawn_and_no_distance() -> None:
+    """Also of one that is added to turning: its rewards are in cm."""
+    pairs = [LearnedPair(DESIGN, 9.0, "policy", 300, None, score, 9.0) for score in (1.25, 0.75)]
+    turn = Goal("turn_left", cm_per_unit=0.1)
+    figure = reward_figure(
+        ROUNDS, [-1.0, 0.0, 4.0], 1.5, 1.25, pairs, goal=turn, own_task="Diagonal"
+    )
+    *views, axes = figure.axes
+    assert axes.get_ylabel() == "reward of Diagonal (cm)"
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["best episode so far", "mean of the round"]
+    best, mean = (line.get_ydata().tolist() for line in axes.lines[:2])
+    assert best[1:] == [3.0, 3.0]
+    assert mean == [0.5, 1.0, 1.5]
+    assert [view.get_title(loc="center") for view in views] == ["L1: 1.25 cm", "L2: 0.75 cm"]
+    assert 3.0 < axes.get_ylim()[1] < 9.0
+
+
+def test_rewards_that_something_is_taken_off_are_told_beside_the_distance() -> None:
+    assert is_penalised(RewardWeights(tilt=0.05))
+    assert not is_penalised(RewardWeights(goal="turn_left"))
+    figure = reward_figure(ROUNDS, [-1.0, 0.0, 4.0], 1.5, penalised=True)
+    assert figure.axes[0].get_ylabel() == "reward and distance (cm)"
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == [
+        "distance of the best so far", "mean reward of the round", "expert's best phase: 1.5 cm"
+    ]  # fmt: skip

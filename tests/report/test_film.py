@@ -51,6 +51,19 @@ def test_the_robot_moves_by_its_distance_at_the_scale_of_the_film(make_trajector
     assert moved_mm == pytest.approx(40.0, abs=1.5 / painter.pixels_per_mm)  # one pixel each end
 
 
+def test_a_hub_that_no_leg_stands_behind_is_in_the_picture(make_trajectory) -> None:
+    """All legs of the robot are on its left side, and nearly all of the hub is to their right."""
+    actor = Actor.of(make_trajectory("0.1.1.0.0.0.0.0", speed_mm_per_s=20.0), "a")
+    nodes, trajectory = actor.shape.hub_nodes_mm, actor.trajectory
+    for azimuth_deg in (0.0, 90.0, 180.0):
+        view = FilmSettings(width=240, azimuth_deg=azimuth_deg)
+        painter = FramePainter([actor], view, captions=False)
+        for turn, place in zip(trajectory.hub_rotation, trajectory.hub_position_mm, strict=True):
+            seen = painter._camera.project(nodes @ turn.T + place)[:, :2]
+            assert np.all(seen >= -1e-6)
+            assert np.all(seen <= np.array(painter.size) + 1e-6)
+
+
 @pytest.mark.parametrize("upper", [0, 1])
 def test_the_nearer_of_two_boxes_is_seen(make_trajectory, upper: int) -> None:
     """From above, whichever leg comes first; areas are those of the boxes at the film's scale."""

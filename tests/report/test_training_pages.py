@@ -11,8 +11,11 @@ from typing import Any
 import pytest
 from helpers.result_example import example
 
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.goal import FORWARD
+from pneumorph.environment.reward import RewardWeights
 from pneumorph.report import training_sections as told
+from pneumorph.report.certificate_sections import _band_table
 from pneumorph.report.plan import paper_plan
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.training_result import TrainingResult
@@ -31,6 +34,7 @@ def found() -> TrainingResult:
     return replace(
         found,
         goal=FORWARD,
+        own_task=None,
         pairs=(first, second),
         ranked_by="mean less 1 standard deviations of 4 worlds",
         randomisation={"friction": "U(0.25, 1.2)"},
@@ -71,6 +75,74 @@ def test_pairs_of_drawn_worlds_are_beside_what_they_do_in_the_experts(
     one = table(replace(found, randomisation=None, ranked_by=None))
     assert "over the baseline" in one
     assert "world as it stands" not in one
+
+
+def test_pairs_of_a_task_of_ones_own_are_not_beside_the_expert(
+    found: TrainingResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = replace(found, own_task="Diagonal", randomisation=None)
+    page = table(own)
+    assert "over the baseline" not in page
+    assert "score (cm)" in page
+    certificate = own.certificate
+    assert certificate is not None
+    assert "beyond the expert" not in _band_table(certificate, is_compared=False)
+    assert "beyond the expert" in _band_table(certificate)
+    drawn: list[Any] = []
+    monkeypatch.setattr(told, "phase_figure", lambda *args: drawn.append(args))
+
+    class Sheet:
+        def drawn(self, *args: Any) -> str:
+            return ""
+
+    sheet: Any = Sheet()
+    run: Any = Run()
+    told.sweep_sections(own, run, sheet)
+    assert drawn[0][2] is None
+
+
+@pytest.mark.parametrize(
+    ("own_task", "tilt", "axis", "told_of_it"),
+    [
+        ("Diagonal", 0.0, "reward of Diagonal (cm)", "Reward of Diagonal of each round"),
+        (None, 0.05, "reward and distance (cm)", "What is grey is rewards"),
+        (None, 0.0, "forward distance (cm)", "Distance of each round"),
+    ],
+)
+def test_the_figure_of_a_training_says_what_its_rewards_are(
+    own_task: str | None,
+    tilt: float,
+    axis: str,
+    told_of_it: str,
+    found: TrainingResult,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    round_of = {"timestep": 100, "best_distance_cm": 12.0, "return_mean_cm": 0.5,
+                "return_maximum_cm": 2.0, "design_entropy": 9.0, "design_entropy_target": 8.5,
+                "score_histogram": [0.25, 0.75]}  # fmt: skip
+    monkeypatch.setattr(told, "read_metrics", lambda *_: [round_of])
+    monkeypatch.setattr(told, "plans_of", lambda _: paper_plan)
+    monkeypatch.setattr(told, "durations_apart", lambda _: None)
+
+    class Sheet:
+        def drawn(self, name: str, figure: Any, caption: str) -> str:
+            labels = [axes.get_ylabel() for axes in figure.axes]
+            legends = [text.get_text() for each in figure.legends for text in each.get_texts()]
+            return " | ".join([*labels, *legends, caption])
+
+    class TrainedRun(Run):
+        folder, robot = Path(), None
+        settings = MappingProxyType({"coopt": {}})
+        task = CrawlingTask(reward=RewardWeights(tilt=tilt))
+
+    run: Any = TrainedRun()
+    sheet: Any = Sheet()
+    (section,) = told.training_sections(
+        replace(found, own_task=own_task, seen_pairs=()), run, sheet
+    )
+    assert axis in section.body
+    assert told_of_it in section.body
+    assert ("expert's best phase" in section.body) is (own_task is None)
 
 
 def test_the_sweep_shows_the_learned_pair_in_the_same_world(

@@ -30,6 +30,37 @@ def test_the_best_is_that_of_the_round_or_what_was_found(
     assert headline[f"best {FORWARD.label}"] == said
 
 
+def test_a_task_of_ones_own_is_named_and_told_by_its_rewards() -> None:
+    last = {"best_distance_cm": 4.0, "return_mean_cm": 1.0, "return_maximum_cm": 2.5,
+            "timestep": 9, "design_entropy": 2.0, "design_entropy_target": 2.0,
+            "score_histogram": [0.25, 0.75]}  # fmt: skip
+    early = TrainingSnapshot([last], [], None, 9, 0.0)
+    pairs = [DesignGaitPair(0, np.zeros((1, 3)), 7.0, 1.75, "policy", 9, 7.0)]
+    said = training_view_data(
+        replace(early, pairs=pairs), DesignSpace(), None, 1.5, own_task="Diagonal"
+    )
+    assert "Robots learn the task Diagonal" in said["status"]
+    assert "Reward of Diagonal of each round" in said["figures"]
+    assert "expert" not in said["figures"]
+    assert "score 1.75 cm" in said["designs"]
+    assert "distance" not in " ".join((said["numbers"], said["figures"], said["designs"]))
+    headline = _headline(early, FORWARD, own_task="Diagonal")
+    assert headline["best episode, reward of Diagonal"] == "2.50 cm"
+    assert headline["mean reward of the last round"] == "1.00 cm"
+    found = _headline(replace(early, pairs=pairs), FORWARD, own_task="Diagonal")
+    assert found["best score, reward of Diagonal"] == "1.75 cm"
+
+
+def test_rewards_that_something_is_taken_off_are_called_so() -> None:
+    last = {"best_distance_cm": 4.0, "return_mean_cm": 1.0, "timestep": 9,
+            "design_entropy": 2.0, "design_entropy_target": 2.0,
+            "score_histogram": [0.25, 0.75]}  # fmt: skip
+    snapshot = TrainingSnapshot([last], [], None, 9, 0.0)
+    said = training_view_data(snapshot, DesignSpace(), None, penalised=True)
+    assert "Reward of each round" in said["figures"]
+    assert "mean reward of the last round" in said["numbers"]
+
+
 def test_a_page_tells_where_robots_walk_and_what_a_mean_is() -> None:
     """The best of rounds is of one walk, what was found at the end of the training's worlds."""
     last = {"best_distance_cm": None, "return_mean_cm": 1.0, "timestep": 9,

@@ -10,7 +10,7 @@ from helpers.result_example import example
 
 from pneumorph.environment.goal import Goal
 from pneumorph.report.certificate_sections import _band_table
-from pneumorph.report.experiment_sections import analysis_sections
+from pneumorph.report.experiment_sections import analysis_sections, campaign_sections
 from pneumorph.report.verb_pages import EXPERT, PAGES, HeadlineNumber
 from pneumorph.study.analysis import Analysis
 from pneumorph.study.baseline import BestPhase
@@ -90,6 +90,22 @@ def test_the_first_number_of_a_campaign_is_of_its_best_runs_goal() -> None:
     assert first.said(crawled) == ("distance of the best pair", "1.2 cm")
     none = replace(found, best_run=None, best_distance_cm=None)
     assert first.said(none) is None
+
+
+def test_what_runs_of_different_goals_achieved_has_its_unit_beside_it() -> None:
+    """And no column says that degrees are centimetres."""
+    crawl = replace(
+        example(CampaignRun), goal=Goal(), best_achieved=3.0, baseline_best_distance_cm=1.0
+    )
+    turn = replace(crawl, goal=Goal("turn_left", cm_per_unit=0.1), best_achieved=61.0)
+    found = replace(example(Campaign), runs=(crawl, turn))
+    unused: Any = None
+    runs, *_ = campaign_sections(found, unused, unused)
+    assert ">3.0 cm<" in runs.body
+    assert ">61°<" in runs.body
+    assert "(cm)" not in runs.body
+    alike, *_ = campaign_sections(replace(found, runs=(crawl, crawl)), unused, unused)
+    assert "best (cm)" in alike.body
 
 
 @pytest.mark.parametrize("verb", PAGES)

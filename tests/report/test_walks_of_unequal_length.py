@@ -54,7 +54,8 @@ def settings(action_count: int, worlds: int, randomize: bool = True) -> dict[str
 
 def trained(folder: Path, asked: dict[str, Any], **changed: Any) -> FinishedRun:
     """The run of a training that is all the same but for these."""
-    found = replace(example(TrainingResult), goal=FORWARD, **changed)
+    told = {"own_task": None, **changed}
+    found = replace(example(TrainingResult), goal=FORWARD, **told)
     run = FinishedRun(folder, {"verb": "coopt", **result_to_dict(found)}, asked)
     (folder / "summary.json").write_text(json.dumps(run.summary))
     (folder / "settings.json").write_text(json.dumps(run.settings))
@@ -65,6 +66,22 @@ def tiles(run: FinishedRun, goal: Goal = FORWARD) -> list[str]:
     page = _headline(run.result(TrainingResult), run, PAGES["coopt"], goal)
     cells = page.replace("&#x27;", "'").split("<span>")[1:]
     return [cell.split("</span>")[0] for cell in cells]
+
+
+def test_the_score_of_a_task_of_ones_own_comes_first_and_no_expert_beside_it(
+    tmp_path: Path,
+) -> None:
+    pair = replace(example(TrainingResult).pairs[0], score_cm=3.25)
+    run = trained(tmp_path, settings(10, 4), own_task="Diagonal", pairs=(pair,))
+    told = tiles(run)
+    assert told[0] == "score of the best pair, reward of Diagonal"
+    assert not [each for each in told if "expert" in each]
+    assert "distance of the best pair, 10th percentile" in told
+    page = _headline(run.result(TrainingResult), run, PAGES["coopt"], FORWARD)
+    assert "3.25 cm" in page
+    usual = tiles(trained(tmp_path, settings(10, 4)))
+    assert not [each for each in usual if "score" in each]
+    assert [each for each in usual if "expert" in each]
 
 
 @pytest.mark.parametrize("goal", [FORWARD, HEADING])

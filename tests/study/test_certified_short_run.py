@@ -3,6 +3,7 @@ made now, and tests that change nothing are told apart."""
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,6 +52,22 @@ def test_none_is_left_beside_one_without_finite_elements(
     found = certify(learned, PLAIN, folder=RunFolder(stopped.parent, "certify"))
     assert isinstance(found, Certificate)
     assert not stopped.exists()
+
+
+def test_none_is_left_beside_a_training_that_ends_without(
+    learned: FinishedRun, tmp_path: Path
+) -> None:
+    """What was walked as finite elements stays."""
+    again = tmp_path / "run"
+    shutil.copytree(learned.folder, again)
+    folder = RunFolder(again / "certificate", "certify")
+    for name in (CERTIFICATE_FILE, "median_world_trajectory.npz", "full_order/a.json"):
+        (folder / name).write_text("{}")
+    leg = learned.folder.parent / "leg.npz"
+    asked = f"coopt --part {leg} --out {again} {SHORT_FINETUNING} --certified-world-count 0"
+    assert run([*asked.split(), "--resume"]) == 0
+    left = [file.name for file in folder.path.rglob("*") if file.is_file()]
+    assert left == ["a.json"]
 
 
 def test_a_test_of_valves_that_the_robot_has_not_is_told(

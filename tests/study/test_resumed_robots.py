@@ -70,7 +70,12 @@ def test_a_search_and_a_training_are_of_one_hub_and_one_map(
         raise _AskedError
 
     monkeypatch.setattr(searching, "run_search", searched)
+
+    def walked(*_: Any) -> None:
+        raise AssertionError("robots walk before settings are compared")
+
     monkeypatch.setattr(training_run, "refuse_other_settings", refused)
+    monkeypatch.setattr(training_run, "learning_robots", walked)
     settings = replace(quick_settings(), space=_SPACE, mirror_transitions=False)
     method = SearchSettings(method="random", timesteps=32, environment_count=4, space=_SPACE)
     for make in _robots(tmp_path):

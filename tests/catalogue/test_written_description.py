@@ -1,0 +1,116 @@
+"""A description that Python has made, or read, is written to a file that describes it again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.box_mesh import box_mesh
+
+from pneumorph.catalogue.design_rules import DesignRules
+from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.module_description import ModuleDescription
+from pneumorph.catalogue.robot_description import ActingDescription, RobotDescription
+from pneumorph.catalogue.shipped_data import data_file
+from pneumorph.catalogue.site_description import SiteDescription
+from pneumorph.fem.material import LegMaterials
+from pneumorph.geometry.mounting import RadialMounting
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+ROBOTS = [
+    data_file("paper_robot.toml"),
+    *(each for each in sorted(EXAMPLES.rglob("*.toml")) if "[hub]" in each.read_text()),
+]
+HUB = HubDescription("box", 150.0, 90.0, height_mm=10.0, bottom_mm=31.0, density_g_per_ml=0.6)
+
+
+def _the_same(one: RobotDescription, other: RobotDescription) -> bool:
+    """From which folder its files are named is not what a description says."""
+    return _from_the_root(one) == _from_the_root(other)
+
+
+def _from_the_root(robot: RobotDescription) -> RobotDescription:
+    def named(path: Path | None) -> Path | None:
+        return None if path is None else (robot.folder / path).resolve()
+
+    changes = dict(robot.physics.changes)
+    if "map" in changes.get("ground", {}):
+        placed = {"path": str(named(Path(changes["ground"]["map"]["path"])))}
+        changes["ground"] = {**changes["ground"], "map": placed}
+    return replace(
+        robot,
+        hub=replace(robot.hub, mesh=named(robot.hub.mesh)),
+        modules={
+            name: replace(each, part=named(each.part), mesh=named(each.mesh))
+            for name, each in robot.modules.items()
+        },
+        physics=replace(robot.physics, changes=changes),
+        catalogue_folder=named(robot.catalogue_folder),
+        folder=Path(),
+        file=None,
+    )
+
+
+@pytest.mark.parametrize("file", ROBOTS, ids=lambda file: file.stem)
+def test_every_robot_that_ships_is_written_and_read_again(file: Path, tmp_path: Path) -> None:
+    read = RobotDescription.read(file)
+    written = read.write(tmp_path / "robots" / "again.toml")
+    assert _the_same(RobotDescription.read(written), read)
+    assert written.read_text() != file.read_text()
+
+
+def test_every_field_is_written(tmp_path: Path) -> None:
+    (tmp_path / "here/maps").mkdir(parents=True)
+    np.save(tmp_path / "here/maps/hills.npy", np.full((6, 6), 3.0))
+    box_mesh((80.0, 60.0, 10.0)).save(tmp_path / "here/hub.npz")
+    robot = RobotDescription(
+        'the "long" one',
+        HubDescription(
+            "mesh", mesh=Path("hub.npz"), mass_kg=0.05, payload_g=20.0, payload_mm=(0.0, 0.0, 8.0),
+            contact="spread", contact_spacing_mm=12.0, surface="felt",
+        ),
+        {
+            "long leg": ModuleDescription(),
+            "own": ModuleDescription(
+                None, "measured", Path("leg.npz"), tmp_path / "mesh.npz",
+                LegMaterials(sheet_thickness_mm=0.5), 0.75, 20.0,
+            ),
+        },
+        (
+            SiteDescription((40.0, 0.0, 5.0), name="front", modules=("own",)),
+            SiteDescription((-40.0, 0.0, 5.0), 180.0, 15.0, 5.0),
+        ),
+        physics=ActingDescription(
+            "measured",
+            {"friction": 0.8, "friction_by_surface": [["felt", 0.5]],
+             "ground": {"map": {"path": "maps/hills.npy"}, "rough": {"seed": 3}}},
+        ),
+        randomisation={"mass_factor": "U(0.95, 1.05)", "friction_by_surface": [["felt", "0.5"]]},
+        designs=DesignRules("1.2", 1, 2, 1, 3, ("0 *", "0 1 2 b*"), canonical=False, mirror=False),
+        mounting_tolerance_mm=4.5,
+        catalogue_folder=Path("../catalogue"),
+        folder=tmp_path / "here",
+    )  # fmt: skip
+    beside = robot.write(tmp_path / "here/robot.toml")
+    assert _the_same(RobotDescription.of_text(beside.read_text(), beside), robot)
+    elsewhere = robot.write(tmp_path / "there/deep/robot.toml")
+    back = RobotDescription.of_text(elsewhere.read_text(), elsewhere)
+    assert _the_same(back, robot)
+    assert back.hub.mesh == Path("../../here/hub.npz")
+    assert back.modules["own"].mesh == tmp_path / "mesh.npz"  # named from the root
+    assert back.acting.ground.grid().height(0.0, 0.0) == pytest.approx(3.0)
+    assert back.hub.spec(back.folder).mesh.digest() == robot.hub.spec(robot.folder).mesh.digest()
+
+
+def test_a_ring_is_written(tmp_path: Path) -> None:
+    robot = RobotDescription("ring", HUB, {"leg": ModuleDescription()}, ring=RadialMounting())
+    assert _the_same(RobotDescription.read(robot.write(tmp_path / "ring.toml")), robot)
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
+    robot = RobotDescription("ring", HUB, {"leg": ModuleDescription()}, ring=RadialMounting())
+    with pytest.raises(ValueError, match=r"path is .*robot\.json, expected .* ends in \.toml"):
+        robot.write(tmp_path / "robot.json")
+    assert not list(tmp_path.iterdir())
