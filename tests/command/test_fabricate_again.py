@@ -9,7 +9,6 @@ import pytest
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.cli import run
-from pneumorph.command.fabricate import _design_of
 from pneumorph.study.finished_run import FinishedRun
 
 pytest.importorskip("netgen.occ")
@@ -39,7 +38,7 @@ def test_solids_of_an_earlier_design_go_and_other_files_stay(
 
 def test_what_walked_is_built_where_a_run_found_no_best() -> None:
     def design(summary: dict[str, str]) -> str:
-        return _design_of(FinishedRun(Path("run"), summary, {}))
+        return FinishedRun(Path("run"), summary, {}).chosen_design
 
     assert design({"verb": "simulate", "design": "1.0.2.2.0.1"}) == "1.0.2.2.0.1"
     assert design({"verb": "coopt", "best_design": "1.0.2", "design": "1.2.0"}) == "1.0.2"
