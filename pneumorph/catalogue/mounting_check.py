@@ -23,7 +23,7 @@ from pneumorph.robot.design_space import DesignSpace
 
 USUAL_TOLERANCE_MM = 3.0
 """Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
-_OBLIQUE = 1.5
+_WAY_OUT = 1.5
 """Length of an oblique way out of the hub, at most 48 degrees off, over the depth it begins in."""
 _BESIDE_MM = 1e-3
 """Faces that are so much further away than the nearest are as near [mm]."""
@@ -145,7 +145,7 @@ def _misplaced(
         # In a hub that is thin beside what is allowed nothing is deep.
         length_mm = float(((own - face) @ outwards).max())
         through = _way_through(face, outwards, length_mm, tolerance_mm, (nodes, skin))
-        if through <= _OBLIQUE * tolerance_mm + 1.0:
+        if through <= _WAY_OUT * tolerance_mm + 1.0:
             return None
         return (
             f"goes {through} mm through the hub: does the site's x axis point away from it, with "

@@ -20,7 +20,6 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.material import DiskMaterials
-from pneumorph.geometry.attachment import mount_pose
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
@@ -80,16 +79,13 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
     return hub.weighing(mass)
 
 
-_OBLIQUE = float(np.cos(np.pi / 4.0))
-"""Cosine between a leg's x axis and its attachment face's below which the leg would not go
-outwards."""
-
 PAPER_FACE = Pose(np.eye(3), np.array([-52.0, 0.0, 12.0]))
 """The attachment face of the paper's leg, the end of its first tooth, in the leg's frame."""
 
 
 def ring_of_sites(mounting: RadialMounting, modules: tuple[Module, ...]) -> tuple[Site, ...]:
-    """Sites around a disk; a module's attachment face comes where that of the paper's leg is.
+    """Sites around a disk; a module's attachment face comes where that of the paper's leg is, and
+    legs go outwards.
 
     Args:
         mounting: How many and where.
@@ -97,21 +93,9 @@ def ring_of_sites(mounting: RadialMounting, modules: tuple[Module, ...]) -> tupl
     """
     face = Pose(np.eye(3), np.array([-mounting.half_tooth_length_mm, *PAPER_FACE.translation[1:]]))
     return tuple(
-        Site(mounting.pose(k), modules, face, str(k)) for k in range(mounting.location_count)
+        Site(mounting.pose(k), modules, face, str(k), outwards=True)
+        for k in range(mounting.location_count)
     )
-
-
-class _OutwardSite(Site):
-    """A place for a leg that goes outwards, even if its top or underside is what is attached."""
-
-    def pose_of(self, module: Module) -> Pose:
-        """Where a module's frame is in the robot's; of one whose face looks more than 45 degrees
-        away from its x axis, with that axis along the site's."""
-        face = module.face
-        if self.face is None or face is None or face.rotation[0, 0] >= _OBLIQUE:
-            return super().pose_of(module)
-        level = Pose(np.eye(3), face.translation)
-        return mount_pose(self.pose.compose(self.face), level)
 
 
 def _named(leg: LegName | Module) -> str:
@@ -177,8 +161,5 @@ def paper_robot(
         masses = masses_of(kind)
     module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg
     mounting = RadialMounting()
-    sites = tuple(
-        _OutwardSite(site.pose, site.modules, site.face, site.name)
-        for site in ring_of_sites(mounting, (module,))
-    )
+    sites = ring_of_sites(mounting, (module,))
     return RobotSpec(paper_hub(masses), sites, physics, **rest)

@@ -11,8 +11,8 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 
 
 def resume_identity(spec: RobotSpec) -> dict[str, str]:
-    """The hub's mass and the heights of a map, which `RobotSpec.reduction_digest` and
-    `RobotSpec.settings` do not say of the paper's robot.
+    """The hub's mass, the heights of a map and legs that go outwards by their own x axes, which
+    `RobotSpec.reduction_digest` and `RobotSpec.settings` do not say of the paper's robot.
 
     Nothing of the mass that the legs' robot usually has, and of ground without a map: what earlier
     versions kept of those does not say them. A described robot's hub is in its digest.
@@ -21,7 +21,7 @@ def resume_identity(spec: RobotSpec) -> dict[str, str]:
         FileNotFoundError: No such map.
         ValueError: It is no grid of heights.
     """
-    ground = spec.physics.ground.file_identity()
+    ground = spec.physics.ground.file_identity() | spec.turning_outwards
     if spec.name is not None or len(spec.modules) > 1:
         return ground
     numbers = spec.hub.mass_numbers()

@@ -7,17 +7,15 @@ is another (`pneumorph/data/paper_robot.toml`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from os.path import relpath
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
-from pneumorph.base.artefact import ArtefactError, read_text, write_atomically
+from pneumorph.base.artefact import ArtefactError, read_text
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.notebook import ShownInNotebooks
+from pneumorph.base.plain_values import plain
 from pneumorph.base.settings import (
     SettingsError,
     laid_over,
@@ -46,6 +44,7 @@ from pneumorph.catalogue.part_physics import PhysicsName, refuse_other_physics
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
+from pneumorph.catalogue.written_description import write_description
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
@@ -65,15 +64,27 @@ class ActingDescription(Checked):
     """Fields of `Physics`, as nested tables."""
 
     @property
+    def said(self) -> dict[str, Any]:
+        """The changes, as a file would have them.
+
+        Raises:
+            ValueError: No file can hold a value; names its field.
+        """
+        try:
+            return {name: plain(each, name) for name, each in self.changes.items()}
+        except ValueError as error:
+            raise ValueError(f"[physics]: {error}") from error
+
+    @property
     def physics(self) -> Physics:
         """What acts on the robot.
 
         Raises:
             ValueError: No such field, or a value out of range.
         """
-        named = settings_to_dict(leg_kind(self.based_on).physics)
+        named, said = settings_to_dict(leg_kind(self.based_on).physics), self.said
         try:
-            return settings_from_dict(Physics, laid_over(named, self.changes))
+            return settings_from_dict(Physics, laid_over(named, said))
         except ValueError as error:
             told = error.reasons if isinstance(error, SettingsError) else error
             raise ValueError(f"[physics]: {told}") from error
@@ -221,35 +232,10 @@ class RobotDescription(Checked, ShownInNotebooks):
 
         Raises:
             OSError: The disk is full or refuses; a file that was there stays.
-            ValueError: The file is none of TOML by its name, or the physics are none.
+            ValueError: The file is none of TOML by its name, the physics or the worlds are none,
+                or no file can hold a value; names its field.
         """
-        path = Path(path)
-        if path.suffix != ".toml":
-            raise ValueError(f"path is {path}, expected a file that ends in .toml")
-        there = Path(relpath(self.folder.resolve(), path.parent.resolve()))
-        content = _placed(_said(self), there, "catalogue_folder")
-        content["hub"] = _placed(_said(self.hub), there, "mesh")
-        content["modules"] = {
-            name: _placed(_said(each), there, "part", "mesh") for name, each in self.modules.items()
-        }
-        content["physics"] = {"based_on": self.physics.based_on, **self._physics_from(there)}
-        if self.sites:
-            content["sites"] = [_said(each) for each in self.sites]
-        for name in {"ring", "designs"} & set(content):
-            content[name] = _said(getattr(self, name))
-        for name in ("folder", "file"):  # where it is, and not what is in it
-            content.pop(name, None)
-        text = tomli_w.dumps(content)
-        return write_atomically(path, lambda stream: stream.write(text.encode()))
-
-    def _physics_from(self, there: Path) -> dict[str, Any]:
-        """What differs from the physics, with the map of the ground named from another folder."""
-        _ = self.physics.physics  # refuses what is none
-        changes = dict(settings_to_dict(self.physics)["changes"])
-        if "map" in changes.get("ground", {}):
-            placed = {"map": _placed(changes["ground"]["map"], there, "path")}
-            changes["ground"] = {**changes["ground"], **placed}
-        return changes
+        return write_description(self, Path(path))
 
     @cached_property
     def polar_modules(self) -> tuple[str, ...]:
@@ -277,7 +263,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         """How the chambers of parts of one's own grow with pressure, where the file does not say
         it: the mean by volume of all modules, one of each. None where no part says it, and of the
         published physics, whose pressures are no real ones."""
-        said = self.physics.changes.get("air", {})
+        said = self.physics.said.get("air", {})
         if self.physics.based_on == "published" or "chamber_growth" in said:
             return None
         own, usual = self.own_parts, leg_kind("measured").physics.air.chamber_growth
@@ -345,7 +331,8 @@ class RobotDescription(Checked, ShownInNotebooks):
         """
         measured = self.physics.based_on == "measured"
         usual = measured_worlds() if measured else Randomisation()
-        return settings_from_dict(Randomisation, self.randomisation, usual)
+        said = plain(self.randomisation, "randomisation")
+        return settings_from_dict(Randomisation, said, usual)
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
@@ -459,24 +446,3 @@ class RobotDescription(Checked, ShownInNotebooks):
         if ring is not None:
             return [ring.pose(location) for location in range(ring.location_count)]
         return [site.pose for site in self.sites]
-
-
-def _said(described: Any) -> dict[str, Any]:
-    """The fields of a description that are not as by default, as a file has them."""
-    content = settings_to_dict(described)
-    made = {
-        each.name: each.default if each.default_factory is MISSING else each.default_factory()
-        for each in fields(described)
-    }
-    usual = settings_to_dict({name: each for name, each in made.items() if each is not MISSING})
-    return {
-        name: each for name, each in content.items() if each is not None and each != usual.get(name)
-    }
-
-
-def _placed(content: dict[str, Any], there: Path, *names: str) -> dict[str, Any]:
-    """With files that are named from one folder named from another, where that one is ``there``."""
-    return {
-        name: (there / each).as_posix() if name in names and each is not None else each
-        for name, each in content.items()
-    }

@@ -303,6 +303,22 @@ class RobotSpec(ShownInNotebooks):
         angles = [self.mounting_angle_deg, *(world.mounting_angle_deg for world in worlds)]
         return rolled and any(angles)
 
+    def turning(self, worlds: Iterable[World]) -> dict[str, str]:
+        """What identities of what is kept say of modules that earlier versions mounted otherwise;
+        nothing of others.
+
+        Args:
+            worlds: Where the robot walks.
+        """
+        rolled = {"rolled": "down"} if self.tilts_rolled_legs(worlds) else {}
+        return rolled | self.turning_outwards
+
+    @property
+    def turning_outwards(self) -> dict[str, str]:
+        """The same of modules that go outwards by their own x axes, whatever face is attached."""
+        turned = any(site.turns(module) for site in self.sites for module in site.modules)
+        return {"turned": "outwards"} if turned else {}
+
     @property
     def _unusual_surface(self) -> bytes:
         """What the hub's points lie on, for its identities; nothing of the usual one, which what

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pneumorph.catalogue.module import Module
-from pneumorph.geometry.attachment import mount_pose, same_frame
+from pneumorph.geometry.attachment import OBLIQUE, mount_pose, same_frame
 from pneumorph.geometry.pose import Pose
 
 
@@ -21,12 +23,15 @@ class Site:
         face: Where in the site's frame a module's attachment face comes, see
             `pneumorph.geometry.attachment`; None where the site's frame is the module's own.
         name: What messages call it; empty for its number.
+        outwards: Whether a leg's own x axis goes along the site where its face looks more than 45
+            degrees off that axis, such as a pad on its top; otherwise its face always does.
     """
 
     pose: Pose
     modules: tuple[Module, ...]
     face: Pose | None = None
     name: str = ""
+    outwards: bool = False
 
     def __post_init__(self) -> None:
         modules = (self.modules,) if isinstance(self.modules, Module) else tuple(self.modules)
@@ -47,7 +52,14 @@ class Site:
         face = module.face
         if self.face is None or face is None or same_frame(self.face, face):
             return self.pose
+        if self.turns(module):
+            face = Pose(np.eye(3), face.translation)
         return mount_pose(self.pose.compose(self.face), face)
+
+    def turns(self, module: Module) -> bool:
+        """Whether a module's own x axis goes along the site, and not its face's."""
+        face = module.face
+        return self.outwards and face is not None and face.rotation[0, 0] < OBLIQUE
 
     @property
     def yaw_deg(self) -> float:

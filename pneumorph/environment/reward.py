@@ -86,6 +86,11 @@ class RewardWeights(Checked):
         return self.backsliding > 0.0 or self.hub_load > 0.0 or self.tilt > 0.0
 
     @property
+    def takes_off(self) -> bool:
+        """Whether something is taken off what of the goal is achieved."""
+        return any(getattr(self, name.removesuffix("_cm")) for name in COSTS)
+
+    @property
     def counted(self) -> Goal:
         """The goal as what counts of a walk."""
         turns = self.goal in ("turn_left", "turn_right")
@@ -173,13 +178,13 @@ def reward_terms(
         travel = (forward * travel_mm + left * left_mm) / MILLIMETRES_PER_CENTIMETRE
         value = travel if weights.goal == "heading" else turn * turn_deg
         terms = {GOAL_TERMS[weights.goal]: np.where(believed, value, 0.0)}
-    costs = (
-        (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
-        (weights.hub_load, hub_load_share),
-        (weights.pressure_change, pressure_change),
-        (weights.tilt, tilt_deg),
-    )
-    for name, (weight, amount) in zip(COSTS, costs, strict=True):
+    costs = {
+        "backsliding_cm": (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
+        "hub_load_cm": (weights.hub_load, hub_load_share),
+        "pressure_change_cm": (weights.pressure_change, pressure_change),
+        "tilt_cm": (weights.tilt, tilt_deg),
+    }
+    for name, (weight, amount) in costs.items():
         if weight > 0.0 and amount is not None:
             terms[name] = np.where(believed, -weight * amount, 0.0)
     return terms

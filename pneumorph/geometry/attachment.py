@@ -18,6 +18,8 @@ from pneumorph.geometry.pose import Pose
 
 FLAT_SHARE = 0.1
 """Most that attachment nodes may lie off their plane, relative to the width of their face."""
+OBLIQUE = float(np.cos(np.pi / 4.0))
+"""Cosine of 45 degrees: what looks further off where it should counts as turned."""
 _UPRIGHT = 0.9
 """Cosine between normal and z axis beyond which the face counts as looking along z."""
 _SAME_MM = 1e-6

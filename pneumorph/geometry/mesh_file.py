@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.optional_package import optional_package
+from pneumorph.geometry.attachment import OBLIQUE
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.outer_boundary import outer_boundary
@@ -25,9 +26,6 @@ _DIMENSION_OF = {"vertex": 0, "line": 1, "triangle": 2}
 
 _HIGHER_ORDER = {"triangle6", "triangle10", "triangle15", "tetra10", "tetra20", "tetra35"}
 """Triangles and tetrahedra with nodes on their edges, as meshio calls them."""
-
-_OBLIQUE = float(np.cos(np.pi / 4.0))
-"""Cosine of the angle beyond which a leg's sheet or end counts as turned."""
 
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
@@ -284,7 +282,7 @@ def _check_upright(mesh: Mesh) -> None:
     size = float(np.linalg.norm(looks))
     # A sheet within the solid looks nowhere, nor does one all round it.
     told = size > 1e-6 * area > 0.0
-    if (-looks[2] < _OBLIQUE * size) if told else (sheet > 0.5 * np.ptp(height)):
+    if (-looks[2] < OBLIQUE * size) if told else (sheet > 0.5 * np.ptp(height)):
         way = ", ".join(f"{each:.1f}" for each in looks / size + 0.0) if told else ""
         raise MeshError(
             f"the sheet lies {sheet:.1f} mm above the lowest node of {np.ptp(height):.1f} mm"
@@ -319,7 +317,7 @@ def _check_outwards(mesh: Mesh) -> None:
         return
     held, end = (mesh.nodes[nodes].mean(axis=0) for nodes in ends)
     way = end - held
-    if way[0] < _OBLIQUE * np.linalg.norm(way):
+    if way[0] < OBLIQUE * np.linalg.norm(way):
         told = ", ".join(f"{each:.1f}" for each in way)
         raise MeshError(
             f"outer_end_face lies ({told}) mm from attachment, expected it along +x: bends are "

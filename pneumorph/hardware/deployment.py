@@ -15,7 +15,7 @@ from pneumorph.hardware.deployment_log import STOPPED, DeploymentLog, LogError
 from pneumorph.hardware.driver import Clock, DriverError, ForeignDeviceError, RegulatorDriver
 from pneumorph.hardware.guardian import vent
 from pneumorph.hardware.rig import RigSettings
-from pneumorph.hardware.schedule import Schedule
+from pneumorph.hardware.schedule import Schedule, count_skipped
 from pneumorph.hardware.venting import fall_text, sense_until_fallen
 from pneumorph.hardware.watch import PressureWatch
 
@@ -132,7 +132,8 @@ class _Run:
         self._watch = PressureWatch(rig)
         self._start_s = clock.now_s()
         self._worst_delay_s = 0.0
-        self._sample_count = self._skipped_count = 0
+        self._sample_count = 0
+        self._places: list[int] = []
         self._log_problem: str | None = None
         self._zero = np.zeros(len(rig.channels))
 
@@ -159,7 +160,7 @@ class _Run:
             place = min(schedule.place(now), len(schedule.time_s) - 1)
             if place > given:
                 # A command that was missed is skipped: what counts is what holds now.
-                self._skipped_count += place - given - 1
+                self._places.append(place)
                 self._worst_delay_s = max(self._worst_delay_s, now - schedule.time_s[given + 1])
                 commanded = schedule.pressure_kPa[place]
                 self._log.command(now, commanded)
@@ -232,7 +233,7 @@ class _Run:
             self._worst_delay_s,
             self._sample_count,
             pressure_fell=fell,
-            skipped_count=self._skipped_count,
+            skipped_count=count_skipped(self._places),
         )
 
     def _doubt(self, anew: bool) -> str | None:

@@ -154,7 +154,8 @@ class RigSettings(Checked):
     sample_interval_s: Annotated[
         float, Bounds(least=0.001, why="no sensor is read more often, and a log has a row for each")
     ] = 0.1
-    """Time between sensor readings, log rows and beats of the watchdog [s]."""
+    """Time from one reading of the sensors, and its log row, to the next [s]; the guardian hears a
+    beat before and after each reading."""
     reply_timeout_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="nothing is watched while an answer is waited for")
     ] = 0.2
@@ -207,7 +208,8 @@ class RigSettings(Checked):
         if self.sample_interval_s >= self.safety.watchdog_s:
             raise ValueError(
                 f"sample_interval_s is {self.sample_interval_s}, expected less than the watchdog's "
-                f"{self.safety.watchdog_s} s: it beats once a sample"
+                f"{self.safety.watchdog_s} s: the guardian hears nothing from one reading of the "
+                "sensors to the next"
             )
         self._refuse_slow_answers()
         busy_s = 2.0 * self.command_time_s

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.trial import SCHEDULE_FILE
 from pneumorph.physics.open_loop_gait import SAME_TIME_S, OpenLoopGait, sample_commands, step_count
 
 SEARCH_STEP_S = 0.01
 """The gait is looked at this often for changes [s]: the simulation's time step."""
+
+SAME_LOGGED_S = 1e-3
+"""Commands that a log tells of are this far from their own time at most [s]: it tells times to
+0.1 ms, and no two commands are that near."""
 
 LEAST_SHARE = 0.5
 """A schedule that reaches less of a regulator's highest pressure is another gait."""
@@ -37,7 +43,7 @@ class Schedule:
 
     def place(self, time_s: float) -> int:
         """Number of the command that holds at a time."""
-        return int(np.searchsorted(self.time_s, time_s + SAME_TIME_S, side="right")) - 1
+        return int(places(self.time_s, np.array([time_s]))[0])
 
     def lines(self) -> list[str]:
         """The schedule as text, a line a command."""
@@ -52,6 +58,44 @@ class Schedule:
             )
             lines.append(f"{time_s:8.2f}  {cells}")
         return lines
+
+
+def places(due_s: np.ndarray, sent_s: np.ndarray, same_s: float = SAME_TIME_S) -> np.ndarray:
+    """Numbers of the commands that hold at given times, (time,); -1 before the first.
+
+    Args:
+        due_s: When each command is due, rising [s], (command,).
+        sent_s: The times [s], (time,).
+        same_s: A command that is due so soon after a time holds already [s].
+    """
+    return np.searchsorted(due_s, sent_s + same_s, side="right") - 1
+
+
+def count_skipped(sent: Iterable[int]) -> int:
+    """How many commands were due before one that was sent, and were never sent.
+
+    Args:
+        sent: Places of those that were.
+    """
+    known = set(sent)
+    return len(set(range(max(known, default=0))) - known)
+
+
+def skipped_note(skipped: Mapping[str, int], due_count: int) -> str | None:
+    """What to tell of trials that lack commands of their schedule; None where none does.
+
+    Args:
+        skipped: How many each trial lacks, by its name.
+        due_count: How many its schedule has, without the last one, which vents.
+    """
+    told = ", ".join(f"{count} in {name}" for name, count in skipped.items() if count)
+    if not told:
+        return None
+    return (
+        f"commands of {SCHEDULE_FILE} were never sent ({told} of {due_count}): the rig took longer "
+        "with the ones before than its update_interval_s, so the robot was driven with another "
+        f"gait than {SCHEDULE_FILE}, by which it is simulated; a longer interval gives the rig time"
+    )
 
 
 def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:

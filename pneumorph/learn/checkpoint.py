@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -127,6 +128,15 @@ def load_checkpoint(folder: Path | str) -> Checkpoint:
     remark = f"the previous checkpoint is used, because the newest one fails: {reason}"
     warnings.warn(remark, stacklevel=2)
     return replace(previous, remark=remark)
+
+
+def peek_checkpoint(folder: Path | str) -> Checkpoint | None:
+    """The newest whole checkpoint of a folder that another process may be writing into: nothing is
+    set aside. None where there is none; `load_checkpoint` says why."""
+    for name in (NEWEST, PREVIOUS):
+        with suppress(ArtefactError, FileNotFoundError):
+            return read_checkpoint(Path(folder) / name)
+    return None
 
 
 def read_checkpoint(path: Path) -> Checkpoint:

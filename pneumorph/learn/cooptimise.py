@@ -22,6 +22,7 @@ from pneumorph.learn.checkpoint import (
     Checkpoint,
     has_checkpoint,
     load_checkpoint,
+    peek_checkpoint,
     save_checkpoint,
 )
 from pneumorph.learn.coopt_result import SUMMARY_FILE, CooptResult, KeptPair, SeenPair
@@ -196,18 +197,18 @@ def refuse_other_settings(
 
 
 def refuse_other_task(folder: Path | str, own_task: str | None) -> None:
-    """Refuse to go on in a folder whose training is of another task; does nothing without one.
+    """Refuse to go on in a folder whose training is of another task; does nothing without one that
+    can be read.
 
     Args:
         folder: The run folder.
         own_task: What a task of one's own is called; None for the package's.
 
     Raises:
-        ValueError: It is of another one, or its checkpoints are damaged.
+        ValueError: It is of another one.
     """
-    if has_checkpoint(Path(folder)):
-        provenance = load_checkpoint(Path(folder)).metadata["provenance"]
-        refuse_task(folder, provenance.get("environment"), own_task)
+    if (checkpoint := peek_checkpoint(folder)) is not None:
+        refuse_task(folder, checkpoint.metadata["provenance"].get("environment"), own_task)
 
 
 def refuse_task(folder: Path | str, theirs: str | None, ours: str | None) -> None:

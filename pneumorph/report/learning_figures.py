@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pneumorph.environment.reward import RewardWeights
     from pneumorph.study.search_findings import DesignsBestGait
     from pneumorph.study.training_result import LearnedPair
 
@@ -199,11 +198,6 @@ class _Counted:
 def said_score(score_cm: float) -> str:
     """What pairs are ranked by, for a person."""
     return f"{score_cm:.2f} cm"
-
-
-def is_penalised(reward: RewardWeights) -> bool:
-    """Whether something is taken off what of the goal is achieved."""
-    return any((reward.backsliding, reward.hub_load, reward.pressure_change, reward.tilt))
 
 
 def best_returns_cm(metrics: Sequence[Mapping[str, Any]]) -> np.ndarray:

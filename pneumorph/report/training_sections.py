@@ -20,7 +20,6 @@ from pneumorph.report.expert_words import (
 from pneumorph.report.learning_figures import (
     AS_IT_STANDS,
     entropy_figure,
-    is_penalised,
     phase_figure,
     reward_figure,
 )
@@ -83,7 +82,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
     best = _best(found)
     if found.own_task is not None:
         best = found.pairs[0].score_cm if found.pairs else None
-    penalised = "coopt" in run.settings and is_penalised(run.task.reward)
+    penalised = "coopt" in run.settings and run.task.reward.takes_off
     rewards = reward_figure(
         metrics,
         HISTOGRAM_EDGES_CM,

@@ -19,7 +19,7 @@ from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.metrics import METRICS_FILE
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.snapshot import TrainingSnapshot, training_snapshot
-from pneumorph.report.learning_figures import AS_IT_STANDS, is_penalised
+from pneumorph.report.learning_figures import AS_IT_STANDS
 from pneumorph.report.page import write_html
 from pneumorph.report.physics_words import (
     MEAN_OVER_WORLDS,
@@ -176,7 +176,7 @@ class WatchedRun:
             walked_in(physics_words(self._spec.physics), self._has_drawn_worlds),
             MEAN_OVER_WORLDS if self.settings.objective.is_robust else "",
             self._own_task(),
-            is_penalised(self.settings.task.reward),
+            self.settings.task.reward.takes_off,
         )
 
     def _own_task(self) -> str | None:

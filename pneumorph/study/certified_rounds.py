@@ -8,31 +8,25 @@ fine-tuned on the new leg, and they walk again.
 from __future__ import annotations
 
 import shutil
-import threading
-import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import read_json, write_json
+from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite, result_to_dict
-from pneumorph.base.run_folder import SETTINGS, SUMMARY, RunFolder, read_settings
+from pneumorph.base.run_folder import SUMMARY, RunFolder
+from pneumorph.base.spent_time import spent_s
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.robot.design import Design
-from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.certificate import certify_once
-from pneumorph.study.certified_candidates import (
-    Candidates,
-    CertificateSettings,
-    RoundSettings,
-)
+from pneumorph.study.certified_candidates import Candidates, CertificateSettings
 from pneumorph.study.certified_pairs import Certificate, CertifiedRound, RoundPair
+from pneumorph.study.certified_settings import SAID_NOW, made_of_settings, refuse_other_legs
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.learned_again import Trained, learned_again
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
@@ -128,9 +122,9 @@ def certify_candidates(
     rounds: list[CertifiedRound] = []
     walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0
-    made_of = _made_of(settings, spec, again.reduction) if settings.full else {}
+    made_of = made_of_settings(settings, spec, again.reduction) if settings.full else {}
     if settings.full:
-        _refuse_other_legs(folder.path, made_of)
+        refuse_other_legs(folder.path, made_of)
     folder.keep_until_summary(folder.path / KEPT_WALKS)
     while True:
         found = certify_once(candidates, settings, spec, folder)
@@ -155,7 +149,7 @@ def certify_candidates(
         own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
         asked = {**made_of, "walks": _walk_files(rounds)}
         if ending is None and (own.path / SUMMARY).exists():
-            refuse_others(own.path, asked, later=_SAID_NOW)
+            refuse_others(own.path, asked, later=SAID_NOW)
         write_json(folder / CERTIFICATE_FILE, finite(result_to_dict(found)))
         if ending is not None:
             break
@@ -278,56 +272,6 @@ def _walk_files(rounds: Sequence[CertifiedRound]) -> list[str]:
     return list(dict.fromkeys(walk.states for walk in walks if walk.states is not None))
 
 
-def _made_of(
-    settings: CertificateSettings, spec: RobotSpec, reduction: ReduceSettings
-) -> dict[str, Any]:
-    """What decides how new legs are made and, beside the run, which walks they are made from."""
-    drawn = settings.randomisation
-    walked = replace(
-        settings,
-        cycle_s=CertificateSettings.cycle_s,
-        rounds=RoundSettings(),
-        randomisation=replace(drawn, reductions=()),
-    )
-    return {
-        "certificate": walked,
-        "physics": spec.physics,
-        "leg": spec.reduction_digest(),
-        "reductions": sorted(reduction_digests(drawn).values()),
-        "reduction": reduction,
-    }
-
-
-_SAID_NOW = ("certificate", "physics", "leg", "reductions")
-"""What new legs of earlier versions do not say."""
-
-
-def _refuse_other_legs(folder: Path, made_of: Mapping[str, Any]) -> None:
-    """Refuse a folder whose first new leg is of something else.
-
-    Raises:
-        ValueError: It is; names the first setting that differs.
-    """
-    first = folder / "round_1"
-    if not (first / SUMMARY).exists():
-        return
-    refuse_others(first, made_of, later=_SAID_NOW)
-    if "certificate" in read_settings(first) or not (folder / SUMMARY).exists():
-        return
-    if (folder / SETTINGS).exists():  # of an earlier version: the verb's say how many walked
-        said = read_settings(folder).get("certificate", {})
-        kept = {name: said[name] for name in _COUNTS if name in said}
-        asked = {name: getattr(made_of["certificate"], name) for name in kept}
-        if kept != asked:
-            raise ValueError(
-                f"{folder} holds new legs of a certificate of other settings ({kept}), expected "
-                f"the same ({asked}); choose another folder"
-            )
-
-
-_COUNTS = ("pair_count", "world_count", "world_seed", "tuning_world_count", "worst_world_count")
-
-
 def _reduced_again(
     spec: RobotSpec,
     settings: ReduceSettings,
@@ -338,7 +282,7 @@ def _reduced_again(
     """The leg, with all walks so far among its snapshots."""
 
     def make() -> Reduction:
-        with _spent_s(folder.path / SPENT_FILE) as earlier_s:
+        with spent_s(folder.path / SPENT_FILE) as earlier_s:
             found = reduce(
                 spec,
                 folder,
@@ -349,38 +293,7 @@ def _reduced_again(
             )
         return replace(found, wall_s=earlier_s + found.wall_s)
 
-    return study_once(folder, Reduction, asked, make, later=_SAID_NOW)
-
-
-@contextmanager
-def _spent_s(file: Path, interval_s: float = 10.0) -> Iterator[float]:
-    """Keep what the block takes in a file, also of a process that is killed; yields the seconds
-    that earlier ones took.
-
-    Args:
-        file: The file.
-        interval_s: How often it is written [s].
-    """
-    earlier_s = float(read_json(file, "JSON")["wall_s"]) if file.exists() else 0.0
-    start, ended = time.monotonic(), threading.Event()
-
-    def keep() -> None:
-        write_json(file, {"wall_s": earlier_s + time.monotonic() - start})
-
-    def watch() -> None:
-        while not ended.wait(interval_s):
-            with suppress(OSError):  # the work itself tells of a full disk
-                keep()
-
-    thread = threading.Thread(target=watch, daemon=True)
-    thread.start()
-    try:
-        yield earlier_s
-    finally:
-        ended.set()
-        thread.join()
-        with suppress(OSError):
-            keep()
+    return study_once(folder, Reduction, asked, make, later=SAID_NOW)
 
 
 def _tuned_again(

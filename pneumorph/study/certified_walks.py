@@ -361,5 +361,5 @@ def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, 
         "mounting_angle_deg": spec.mounting_angle_deg,
         "settling_steps": walker.settling_steps,
         "world": None if world is None else world.of_full_order(),
-        **({"rolled": "down"} if spec.tilts_rolled_legs([world] if world else []) else {}),
+        **spec.turning([world] if world else []),
     }

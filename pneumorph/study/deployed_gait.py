@@ -39,7 +39,7 @@ from pneumorph.hardware.guardian import Guardian
 from pneumorph.hardware.marker_track import write_track
 from pneumorph.hardware.open_driver import open_driver
 from pneumorph.hardware.rig import Channel, RigSettings, load_rig
-from pneumorph.hardware.schedule import Schedule, plan_schedule
+from pneumorph.hardware.schedule import Schedule, plan_schedule, skipped_note
 from pneumorph.hardware.trial import LOG_FILE, SCHEDULE_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.hardware.watch import PressureWatch
@@ -409,27 +409,18 @@ def _each_trial(
     known = [each.distance_cm for each in trials if each.distance_cm is not None]
     achieved = [each.achieved for each in trials if each.achieved is not None]
     ratios = [each.range_ratio for each in trials if each.range_ratio is not None]
-    note = range_note("the virtual rig's robot", max(ratios, default=None))
-    skipped = [f"{each.skipped_count} in {each.trial}" for each in trials if each.skipped_count]
+    skipped = {each.trial: each.skipped_count for each in trials}
+    notes = (
+        range_note("the virtual rig's robot", max(ratios, default=None)),
+        skipped_note(skipped, len(plan.schedule.time_s) - 1),
+    )
     return replace(
         planned,
         trials=tuple(trials),
         mean_distance_cm=float(np.mean(known)) if known else None,
         spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
         mean_achieved=float(np.mean(achieved)) if achieved else None,
-        notes=(
-            *planned.notes,
-            *([] if note is None else [note]),
-            *([_skipped_note(", ".join(skipped), plan.rig)] if skipped else []),
-        ),
-    )
-
-
-def _skipped_note(skipped: str, rig: RigSettings) -> str:
-    return (
-        f"commands were never sent ({skipped}): the rig took longer with the ones before than "
-        f"update_interval_s, {rig.update_interval_s:g} s, so the robot was driven with another "
-        f"gait than {SCHEDULE_FILE}; a longer interval gives it time"
+        notes=(*planned.notes, *(note for note in notes if note is not None)),
     )
 
 

@@ -15,6 +15,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.deployment_log import COMMAND
 from pneumorph.hardware.marker_track import VideoSettings
+from pneumorph.hardware.schedule import SAME_LOGGED_S, count_skipped, places, skipped_note
 from pneumorph.hardware.trial import (
     SCHEDULE_FILE,
     Trial,
@@ -26,9 +27,6 @@ from pneumorph.hardware.trial_comparison import check_length
 from pneumorph.physics.calibration import NOT_CALIBRATED, UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun
-
-SAME_COMMAND_S = 1e-3
-"""A log tells times to 0.1 ms, and no two commands are that near."""
 
 SAME_LINE = 1e-3
 """Calibrations whose lines differ by a smaller share convert pressures alike, to 0.1 kPa."""
@@ -199,21 +197,15 @@ def skipped_notes(label: str, trials: Sequence[Trial], gait: HeldGait) -> list[s
         trials: Its trials.
         gait: The schedule.
     """
-    skipped = {trial.name: _skipped_count(trial, gait) for trial in trials}
-    told = ", ".join(f"{count} in {name}" for name, count in skipped.items() if count)
-    if not told:
-        return []
-    return [
-        f"{label}: commands of {SCHEDULE_FILE} were never sent ({told} of {len(gait.start_s)}), as "
-        "the rig was too slow for them: the robot was driven with another gait than is simulated"
-    ]
+    due_s = np.append(gait.start_s, gait.duration_s)
+    skipped = {each.name: count_skipped(_sent_places(each, due_s)) for each in trials}
+    note = skipped_note(skipped, len(gait.start_s))
+    return [] if note is None else [f"{label}: {note}"]
 
 
-def _skipped_count(trial: Trial, gait: HeldGait) -> int:
-    """How many commands were due before one that was sent, and were not sent."""
+def _sent_places(trial: Trial, due_s: np.ndarray) -> list[int]:
+    """Places of the commands that its log tells were sent, but for the zero of a stop."""
     log = trial.pressures
     end_s = np.inf if log.stopped is None else log.stopped[0]  # when zero was commanded
     sent_s = [time_s for time_s, event in log.events if event == COMMAND and time_s < end_s]
-    due_s = np.append(gait.start_s, gait.duration_s) - SAME_COMMAND_S
-    places = np.searchsorted(due_s, sent_s, side="right")
-    return int(places.max(initial=0)) - len(np.unique(places))
+    return [int(place) for place in places(due_s, np.array(sent_s), SAME_LOGGED_S)]

@@ -49,7 +49,7 @@ def walks_identity(
         ],
         "settling_steps": settling_steps,
         "goal": settings_to_dict(goal),
-        **({"rolled": "down"} if spec.tilts_rolled_legs(worlds) else {}),
+        **spec.turning(worlds),
     }
     content = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode())
     lags_s = sorted({world.regulator_lag_s for world in worlds})

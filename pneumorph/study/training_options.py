@@ -322,9 +322,8 @@ def _refuse_other_task(folder: RunFolder, own_task: str | None) -> None:
     if not (folder.path / SUMMARY).exists():
         refuse_other_task(folder.path / TRAINING_FOLDER, own_task)
         return
-    summary = read_summary(folder.path)
-    if summary.get("verb") == folder.verb:  # another verb's folder is refused as such
-        refuse_task(folder.path, summary.get("own_task"), own_task)
+    folder.refuse_other_verb()
+    refuse_task(folder.path, read_summary(folder.path).get("own_task"), own_task)
 
 
 def _digests_of_reductions(found: TrainingResult) -> dict[str, str]:

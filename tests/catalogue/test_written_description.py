@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.module_description import ModuleDescription
@@ -17,6 +19,7 @@ from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.catalogue.site_description import SiteDescription
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.physics.ground import Ground, Steps
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 ROBOTS = [
@@ -113,4 +116,64 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
     robot = RobotDescription("ring", HUB, {"leg": ModuleDescription()}, ring=RadialMounting())
     with pytest.raises(ValueError, match=r"path is .*robot\.json, expected .* ends in \.toml"):
         robot.write(tmp_path / "robot.json")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_python_has_at_hand_is_written_as_its_numbers(tmp_path: Path) -> None:
+    ground = Ground(steps=Steps(rise_mm=5.0))
+    robot = RobotDescription(
+        "numpy",
+        replace(HUB, payload_g=np.float32(20.0), payload_mm=np.array([0, 0, 8])),
+        {"leg": ModuleDescription(size_factor=np.float64(0.75))},
+        (
+            SiteDescription(tuple(np.array([40, 0, 5]))),
+            SiteDescription(np.array([-40, 0, 5]), np.int64(180)),
+        ),
+        physics=ActingDescription(
+            "measured",
+            {
+                "regulator_count": np.int64(2),
+                "air": {"filling_mm3_per_s_kPa": np.array([70.0, 80.0])},
+                "ground": settings_to_dict(ground),  # has no map, which is None
+            },
+        ),
+        randomisation={"mass_factor": np.str_("U(0.95, 1.05)")},
+        designs=DesignRules(minimum_legs=np.int64(1), mirror=np.bool_(False)),
+    )
+    back = RobotDescription.read(robot.write(tmp_path / "robot.toml"))
+    assert [each.position_mm for each in back.sites] == [(40.0, 0.0, 5.0), (-40.0, 0.0, 5.0)]
+    assert (back.sites[1].yaw_deg, back.hub.payload_mm) == (180.0, (0.0, 0.0, 8.0))
+    assert (back.hub.payload_g, back.modules["leg"].size_factor) == (20.0, 0.75)
+    assert (back.designs.minimum_legs, back.designs.mirror) == (1, False)
+    assert back.acting == robot.acting
+    assert (back.acting.regulator_count, back.acting.ground) == (2, ground)
+    assert back.acting.air.filling_mm3_per_s_kPa == (70.0, 80.0)
+    assert back.worlds == robot.worlds
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"physics": ActingDescription("measured", {"friction": {0.5}})},
+         r"\[physics\]: friction is \{0\.5\}, expected a number, a text"),
+        ({"physics": ActingDescription("measured", {"ground": {"map": {"path": b"hills"}}})},
+         r"\[physics\]: ground\.map\.path is b'hills', expected"),
+        ({"physics": ActingDescription("measured", {"friction": None})}, r"\[physics\]: friction"),
+        ({"randomisation": {"mass_factor": 1j}}, r"randomisation\.mass_factor is 1j, expected"),
+        ({"randomisation": {"mass_factor": None}}, "mass_factor"),
+        ({"randomisation": {1: 2.0}}, "randomisation has the name 1, expected a text"),
+        ({"sites": (SiteDescription(np.array([40.0, None, 5.0])),), "ring": None},
+         r"sites\[0\]\.position_mm is \[40\.0, None, 5\.0\], expected"),
+        ({"sites": (SiteDescription((40.0, 0.0, 5.0), modules={"leg"}),), "ring": None},
+         r"sites\[0\]\.modules is \{'leg'\}, expected"),
+        ({"modules": {"leg": ModuleDescription(materials=object())}},
+         r"modules\.leg\.materials is <object"),
+    ],
+)  # fmt: skip
+def test_a_value_that_no_file_can_hold_is_refused(
+    changed: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    robot = RobotDescription("ring", HUB, {"leg": ModuleDescription()}, ring=RadialMounting())
+    with pytest.raises(ValueError, match=said):
+        replace(robot, **changed).write(tmp_path / "robot.toml")
     assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ from helpers.crawlers import PHYSICS, STEPPER, crawlers
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.reward import RewardWeights, reward_terms
+from pneumorph.environment.reward import COSTS, GOAL_TERMS, RewardWeights, reward_terms
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Hub, Robot
@@ -135,6 +135,14 @@ def test_sliding_back_is_away_from_the_goal(
     gained = info["achieved"] * weights.counted.cm_per_unit
     mirrored = gained if weights.is_symmetric else -gained
     np.testing.assert_allclose(image, mirrored - gained - images_cm + slid_cm, atol=1e-9)
+
+
+def test_what_may_be_taken_off_is_listed() -> None:
+    one = np.ones(1)
+    terms = reward_terms(
+        one, one < 0, RewardWeights(1.0, 1.0, 1.0, 1.0), one, one, one, tilt_deg=one
+    )
+    assert set(terms) == {GOAL_TERMS["forward"], *COSTS}
 
 
 def test_a_failure_costs_nothing_either() -> None:

@@ -139,6 +139,11 @@ def test_a_forgotten_task_is_told_before_any_setting(
     other: dict[str, Any] = {**TINY, "coopt": {**TINY["coopt"], "seed": 7}}
     with pytest.raises(ValueError, match=re.escape(said)):
         pm.train(trained, plate, changes=other)
+    shown = shutil.copytree(trained, tmp_path / "demo")
+    summary = json.loads((shown / "summary.json").read_text())
+    (shown / "summary.json").write_text(json.dumps({**summary, "verb": "demo"}))
+    with pytest.raises(ValueError, match=re.escape(said)):
+        pm.train(shown, plate, changes=other)
     stopped = shutil.copytree(trained, tmp_path / "run")
     (stopped / "summary.json").unlink()
     with pytest.raises(ValueError, match=re.escape(said)):

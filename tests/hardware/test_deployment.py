@@ -14,10 +14,10 @@ import pytest
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.deployment import DeploymentReport, deploy
-from pneumorph.hardware.deployment_log import DeploymentLog, LogError, read_log
+from pneumorph.hardware.deployment_log import COMMAND, DeploymentLog, LogError, read_log
 from pneumorph.hardware.driver import DriverError, ForeignDeviceError
 from pneumorph.hardware.rig import RigSettings
-from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.hardware.schedule import SAME_LOGGED_S, count_skipped, places, plan_schedule
 from pneumorph.hardware.venting import sense_until_fallen
 from pneumorph.physics.air import Air
 
@@ -127,6 +127,10 @@ def test_commands_that_the_rig_was_too_slow_for_are_counted(tmp_path: Path) -> N
         report = deploy(schedule, wire, RIG, log, clock)
     assert report.completed
     assert report.skipped_count == len(schedule.time_s) - wire.told.count("command") > 2
+    events = read_log(tmp_path / "log.csv").events
+    sent_s = np.array([time_s for time_s, event in events if event == COMMAND])
+    logged = places(schedule.time_s, sent_s, SAME_LOGGED_S)
+    assert count_skipped(logged) == report.skipped_count
     assert _deployed(_Wire(), tmp_path / "usual.csv").skipped_count == 0
 
 

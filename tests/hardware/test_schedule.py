@@ -10,7 +10,13 @@ import pytest
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.rig import Channel, RigSettings, SafetySettings
-from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.hardware.schedule import (
+    SAME_LOGGED_S,
+    count_skipped,
+    places,
+    plan_schedule,
+    skipped_note,
+)
 from pneumorph.hardware.watch import PressureWatch
 from pneumorph.physics.air import Air
 
@@ -32,6 +38,22 @@ def test_held_commands_are_given_when_they_change() -> None:
     schedule = plan_schedule(gait, RigSettings())
     np.testing.assert_allclose(schedule.time_s, [0.0, 1.0, 3.0])
     np.testing.assert_allclose(schedule.pressure_kPa[:2], [[30, 0, 0], [10, 20, 0]])
+
+
+def test_sent_times_are_found_in_a_schedule() -> None:
+    """A time that a log has rounded down is that of the command; a run gives none so early."""
+    due_s = np.array([0.0, 1.0 / 3.0, 1.0, 2.0])
+    sent_s = np.array([-0.1, 0.0, 0.3333, 1.9, 2.5])
+    assert places(due_s, sent_s).tolist() == [-1, 0, 0, 2, 3]
+    assert places(due_s, sent_s, SAME_LOGGED_S).tolist() == [-1, 0, 1, 2, 3]
+
+
+def test_commands_before_one_that_was_sent_are_skipped() -> None:
+    assert [count_skipped(sent) for sent in ([], [-1], [0, 1], [0, 3, 3], [4])] == [0, 0, 0, 2, 4]
+    assert skipped_note({"trial_1": 0}, 6) is None
+    told = skipped_note({"trial_1": 1, "trial_2": 0, "trial_3": 2}, 6)
+    assert told is not None
+    assert "never sent (1 in trial_1, 2 in trial_3 of 6): the rig took longer" in told
 
 
 def test_voltage_is_affine_in_pressure() -> None:

@@ -11,7 +11,6 @@ from pneumorph.environment.goal import Goal
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.report.learning_figures import (
     entropy_figure,
-    is_penalised,
     phase_figure,
     reward_figure,
 )
@@ -189,8 +188,8 @@ def test_rewards_of_a_task_of_ones_own_are_drawn_and_no_distance() -> None:
 
 
 def test_rewards_that_something_is_taken_off_are_told_beside_the_distance() -> None:
-    assert is_penalised(RewardWeights(tilt=0.05))
-    assert not is_penalised(RewardWeights(goal="turn_left"))
+    assert RewardWeights(tilt=0.05).takes_off
+    assert not RewardWeights(goal="turn_left").takes_off
     figure = reward_figure(ROUNDS, [-1.0, 0.0, 4.0], 1.5, penalised=True)
     assert figure.axes[0].get_ylabel() == "reward and distance (cm)"
     labels = [text.get_text() for text in figure.legends[0].get_texts()]

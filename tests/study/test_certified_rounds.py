@@ -16,6 +16,7 @@ from helpers.result_example import example
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.spent_time import spent_s
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -180,7 +181,7 @@ def test_what_a_stopped_reduction_took_counts(
 
 def test_what_a_killed_reduction_took_is_kept_meanwhile(tmp_path: Path) -> None:
     file = tmp_path / "spent.json"
-    with certified_rounds._spent_s(file, 0.01) as earlier_s:
+    with spent_s(file, 0.01) as earlier_s:
         assert earlier_s == 0.0
         end = time.monotonic() + 20.0
         while not file.exists():

@@ -19,6 +19,7 @@ from pneumorph.hardware.deployment import DeploymentReport
 from pneumorph.hardware.deployment_log import COMMAND, STOPPED, DeploymentLog, LoggedPressures
 from pneumorph.hardware.driver import ForeignDeviceError
 from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings
+from pneumorph.hardware.schedule import skipped_note
 from pneumorph.hardware.trial import Trial
 from pneumorph.study import deployed_gait
 from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
@@ -43,8 +44,9 @@ def test_what_a_log_lacks_of_its_schedule_is_told() -> None:
     stopped = _trial("stopped", [0.0, 0.5], stopped_s=2.7)
     assert skipped_notes("L", [whole, stopped, _trial("no events", [])], GAIT) == []
     (told,) = skipped_notes("L", [whole, slow, stopped], GAIT)
+    assert told == f"L: {skipped_note({'slow': 2}, 6)}"
     assert told.startswith("L: commands of schedule.csv were never sent (2 in slow of 6)")
-    assert "another gait than is simulated" in told
+    assert "another gait than schedule.csv, by which it is simulated" in told
 
 
 def test_a_comparison_tells_of_skipped_commands_and_unknown_scales(tmp_path: Path) -> None:
@@ -103,7 +105,10 @@ def test_a_deployment_tells_which_trials_lack_commands(
     folder = RunFolder(tmp_path / "B", "deploy", Progress(io.StringIO()))
     found = deploy_gait(None, real_rig, RobotOptions.of("published"), folder)
     (told,) = found.notes
-    assert "commands were never sent (3 in trial_2)" in told
+    planned = found.command_count - 1  # without the last one, which vents
+    assert told == skipped_note({"trial_1": 0, "trial_2": 3}, planned)
+    assert f"commands of schedule.csv were never sent (3 in trial_2 of {planned}): " in told
+    assert "update_interval_s" in told
     assert [each.skipped_count for each in found.trials] == [0, 3]
 
 

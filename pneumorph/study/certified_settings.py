@@ -1,0 +1,62 @@
+"""What decides the new legs of a certificate; a folder with legs of other settings is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.simulation.randomised_simulator import reduction_digests
+from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
+from pneumorph.study.reduce_settings import ReduceSettings
+from pneumorph.study.study_once import refuse_others
+
+SAID_NOW = ("certificate", "physics", "leg", "reductions")
+"""What new legs of earlier versions do not say."""
+_COUNTS = ("pair_count", "world_count", "world_seed", "tuning_world_count", "worst_world_count")
+
+
+def made_of_settings(
+    settings: CertificateSettings, spec: RobotSpec, reduction: ReduceSettings
+) -> dict[str, Any]:
+    """What decides how new legs are made and, beside the run, which walks they are made from."""
+    drawn = settings.randomisation
+    walked = replace(
+        settings,
+        cycle_s=CertificateSettings.cycle_s,
+        rounds=RoundSettings(),
+        randomisation=replace(drawn, reductions=()),
+    )
+    return {
+        "certificate": walked,
+        "physics": spec.physics,
+        "leg": spec.reduction_digest(),
+        "reductions": sorted(reduction_digests(drawn).values()),
+        "reduction": reduction,
+    }
+
+
+def refuse_other_legs(folder: Path, made_of: Mapping[str, Any]) -> None:
+    """Refuse a folder whose first new leg is of something else.
+
+    Raises:
+        ValueError: It is; names the first setting that differs.
+    """
+    first = folder / "round_1"
+    if not (first / SUMMARY).exists():
+        return
+    refuse_others(first, made_of, later=SAID_NOW)
+    if "certificate" in read_settings(first) or not (folder / SUMMARY).exists():
+        return
+    if (folder / SETTINGS).exists():  # of an earlier version: the verb's say how many walked
+        said = read_settings(folder).get("certificate", {})
+        kept = {name: said[name] for name in _COUNTS if name in said}
+        asked = {name: getattr(made_of["certificate"], name) for name in kept}
+        if kept != asked:
+            raise ValueError(
+                f"{folder} holds new legs of a certificate of other settings ({kept}), expected "
+                f"the same ({asked}); choose another folder"
+            )
