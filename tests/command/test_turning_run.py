@@ -185,7 +185,7 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     taught = [each.split(" was taught")[0] for each in (unknown_note, other_note)]
     assert taught == ["what unknown", "other"]
     shares = told["robots"][2]["distance_over_first"]
-    assert shares == pytest.approx({"simulated": 1.0, "measured": 1.0})
+    assert shares == {"simulated": None, "measured": None}  # of less than a degree there is none
     _forget_the_turn(out / "trial_1" / "track.csv")
     assert run(f"transfer {out} --out {tmp_path / 'one_marker'}".split()) == 0
     blind = _summary(tmp_path / "one_marker")
