@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pneumorph.base.artefact import read_json, write_json
+from pneumorph.base.meanwhile import meanwhile
 
 
 @contextmanager
@@ -21,22 +21,14 @@ def spent_s(file: Path, interval_s: float = 10.0) -> Iterator[float]:
         interval_s: How often it is written [s].
     """
     earlier_s = float(read_json(file, "JSON")["wall_s"]) if file.exists() else 0.0
-    start, ended = time.monotonic(), threading.Event()
+    start = time.monotonic()
 
     def keep() -> None:
         write_json(file, {"wall_s": earlier_s + time.monotonic() - start})
 
-    def watch() -> None:
-        while not ended.wait(interval_s):
-            with suppress(OSError):  # the work itself tells of a full disk
-                keep()
-
-    thread = threading.Thread(target=watch, daemon=True)
-    thread.start()
     try:
-        yield earlier_s
+        with meanwhile(keep, interval_s):
+            yield earlier_s
     finally:
-        ended.set()
-        thread.join()
-        with suppress(OSError):
+        with suppress(OSError):  # the work itself tells of a full disk
             keep()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
+from pneumorph.base.meanwhile import meanwhile
 from pneumorph.base.progress import Progress
 from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER
 from pneumorph.learn.finetuning import FINETUNED_FOLDER
@@ -30,7 +31,7 @@ def campaign_progress(
         interval_s: How often the folders are looked at [s].
     """
     total = sum(all_timesteps(settings) for settings in runs.values())
-    ended, speaks = threading.Event(), threading.Lock()
+    speaks = threading.Lock()
 
     def say(text: str) -> None:
         with speaks:
@@ -41,18 +42,8 @@ def campaign_progress(
         with speaks:
             progress(done, total, "timesteps of all runs")
 
-    def watch() -> None:
-        while not ended.wait(interval_s):
-            with suppress(OSError):  # of a network's folder, for the moment
-                show()
-
-    thread = threading.Thread(target=watch, daemon=True)
-    thread.start()
-    try:
+    with meanwhile(show, interval_s):
         yield say
-    finally:
-        ended.set()
-        thread.join()
     show()
 
 

@@ -63,6 +63,25 @@ def table(found: TrainingResult) -> str:
     return section.body
 
 
+def learned_in_sweeps(
+    monkeypatch: pytest.MonkeyPatch, *trainings: TrainingResult
+) -> list[float | None]:
+    """How far the learned pair goes in the figure of each training's sweep; None without its
+    line."""
+    drawn: list[Any] = []
+    monkeypatch.setattr(told, "phase_figure", lambda *args: drawn.append(args))
+
+    class Sheet:
+        def drawn(self, *args: Any) -> str:
+            return ""
+
+    sheet: Any = Sheet()
+    run: Any = Run()
+    for each in trainings:
+        told.sweep_sections(each, run, sheet)
+    return [learned for _, _, learned, _ in drawn]
+
+
 def test_pairs_of_drawn_worlds_are_beside_what_they_do_in_the_experts(
     found: TrainingResult,
 ) -> None:
@@ -88,17 +107,7 @@ def test_pairs_of_a_task_of_ones_own_are_not_beside_the_expert(
     assert certificate is not None
     assert "beyond the expert" not in _band_table(certificate, is_compared=False)
     assert "beyond the expert" in _band_table(certificate)
-    drawn: list[Any] = []
-    monkeypatch.setattr(told, "phase_figure", lambda *args: drawn.append(args))
-
-    class Sheet:
-        def drawn(self, *args: Any) -> str:
-            return ""
-
-    sheet: Any = Sheet()
-    run: Any = Run()
-    told.sweep_sections(own, run, sheet)
-    assert drawn[0][2] is None
+    assert learned_in_sweeps(monkeypatch, own) == [None]
 
 
 @pytest.mark.parametrize(
@@ -148,18 +157,8 @@ def test_the_figure_of_a_training_says_what_its_rewards_are(
 def test_the_sweep_shows_the_learned_pair_in_the_same_world(
     found: TrainingResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drawn: list[Any] = []
-    monkeypatch.setattr(told, "phase_figure", lambda *args: drawn.append(args))
-
-    class Sheet:
-        def drawn(self, *args: Any) -> str:
-            return ""
-
-    sheet: Any = Sheet()
-    run: Any = Run()
-    told.sweep_sections(found, run, sheet)
-    told.sweep_sections(replace(found, replayed_distance_cm=None), run, sheet)
-    assert [learned for _, _, learned, _ in drawn] == [17.75, 12.25]
+    without = replace(found, replayed_distance_cm=None)
+    assert learned_in_sweeps(monkeypatch, found, without) == [17.75, 12.25]
 
 
 def test_a_design_is_called_the_same_wherever_it_is_on_a_page(
