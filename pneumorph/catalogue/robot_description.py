@@ -44,6 +44,7 @@ from pneumorph.catalogue.part_physics import PhysicsName, refuse_other_physics
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
+from pneumorph.catalogue.space_check import check_fittings
 from pneumorph.catalogue.written_description import write_description
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
@@ -427,7 +428,7 @@ class RobotDescription(Checked, ShownInNotebooks):
                 **rest,
             },
         )
-        spec.check_fittings(self.space, "designs.options")
+        check_fittings(spec, self.space, "designs.options")
         return spec
 
     def _allowed(self) -> list[tuple[str, ...]]:

@@ -6,7 +6,6 @@ that `pneumorph.simulation.rollout.rollout` runs alike, and `RobotSpec.simulator
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -20,15 +19,13 @@ from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.floor_check import check_above_floor, check_payload_above_floor
-from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
+from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
-from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_mass import RobotMass, robot_mass
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
@@ -294,38 +291,6 @@ class RobotSpec(ShownInNotebooks):
     def _kin_surfaces(self) -> frozenset[str]:
         return surfaces_of(self.modules)
 
-    def tilts_rolled_legs(self, worlds: Iterable[World]) -> bool:
-        """Whether it has rolled modules that a mounting angle turns, its own or that of a world,
-        which earlier versions turned about their own axes: for identities of what is kept."""
-        rolled = any(
-            site.pose_of(module).roll_deg != 0.0 for site in self.sites for module in site.modules
-        )
-        angles = [self.mounting_angle_deg, *(world.mounting_angle_deg for world in worlds)]
-        return rolled and any(angles)
-
-    def turning(self, worlds: Iterable[World]) -> dict[str, str]:
-        """What identities of what is kept say of modules that earlier versions mounted otherwise;
-        nothing of others.
-
-        Args:
-            worlds: Where the robot walks.
-        """
-        rolled = {"rolled": "down"} if self.tilts_rolled_legs(worlds) else {}
-        return rolled | self.turning_outwards
-
-    @property
-    def turning_outwards(self) -> dict[str, str]:
-        """The same of modules that go outwards by their own x axes, whatever face is attached."""
-        turned = any(site.turns(module) for site in self.sites for module in site.modules)
-        return {"turned": "outwards"} if turned else {}
-
-    @property
-    def _unusual_surface(self) -> bytes:
-        """What the hub's points lie on, for its identities; nothing of the usual one, which what
-        earlier versions kept does not say."""
-        surface = self.hub.surface
-        return b"" if surface == HUB_SURFACE else f"surface {surface!r}".encode()
-
     @cached_property
     def module(self) -> Module:
         """The module of all sites.
@@ -340,43 +305,6 @@ class RobotSpec(ShownInNotebooks):
                 "single leg; describe a robot with that leg at all of its sites"
             )
         return self.modules[0]
-
-    def reduction_digest(self) -> str:
-        """Hash of all that tells reduced robots of this kind from others of the same physics: of
-        one module at the sites of the paper's robot it is that of its reduced part."""
-        if len(self.modules) == 1 and self.name is None:
-            return self.module.reduced.digest()
-        content = hashlib.sha256()
-        for module in self.modules:
-            content.update(module.reduced.digest().encode())
-        for number in self.hub.mass_numbers():
-            content.update(repr(number).encode())
-        for array in (self.hub.tracked_point, self.hub.contact_points):
-            content.update(np.ascontiguousarray(array, dtype=float).tobytes())
-        content.update(self._unusual_surface)
-        for site in self.sites:
-            for module in site.modules:
-                pose = site.pose_of(module)
-                content.update(pose.rotation.tobytes() + pose.translation.tobytes())
-                content.update(str(self.modules.index(module)).encode())
-        return content.hexdigest()
-
-    def full_identity(self) -> dict[str, str]:
-        """What tells full-order robots of a described kind from others, for what is kept of their
-        walks; nothing of the paper's, whose leg and hub are told apart otherwise."""
-        if self.name is None:
-            return {}
-        hub, content = self.hub, hashlib.sha256()
-        content.update(f"{hub.mesh.digest()}{hub.mass_numbers()}{hub.material!r}".encode())
-        for array in (hub.tracked_point, hub.contact_points):
-            content.update(np.ascontiguousarray(array, dtype=float).tobytes())
-        content.update(self._unusual_surface)
-        for site in self.sites:
-            for module in site.modules:
-                part, pose = module.full, site.pose_of(module)
-                content.update(f"{part.mesh.digest()}{ingredients(part)}".encode())
-                content.update(pose.rotation.tobytes() + pose.translation.tobytes())
-        return {"robot": content.hexdigest()}
 
     def check_reduction(self) -> None:
         """Refuse reduced parts that do not stand for the finite elements.
@@ -413,51 +341,6 @@ class RobotSpec(ShownInNotebooks):
         robot = self.assembly(design)
         mass = robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)
         return float(mass * self.physics.gravity_mm_per_s2)
-
-    def check_space(self, space: DesignSpace) -> None:
-        """Refuse a space whose designs are none of this robot's.
-
-        Raises:
-            ValueError: It has other locations than the robot has sites, modules that a site does
-                not allow, other regulators for a module than it has cavities, mirror images
-                where a module is not its own, or a regulator that no design uses.
-        """
-        if space.location_count != len(self.sites):
-            raise ValueError(
-                f"the design space has {space.location_count} locations and the robot "
-                f"{len(self.sites)} sites, expected the same number: see space.location_count"
-            )
-        self.check_fittings(space, "space.options")
-        space.refuse_idle_regulators(
-            "space.regulator_count",
-            "ask for fewer by physics.regulator_count, which changes designs, task and the "
-            "expert's gait together, or see maximum_legs and maximum_regulators of space",
-        )
-        if space.has_mirror:
-            for module in self.modules:
-                check_mirror(module, apart=space.cavity_count > 1)
-
-    def check_fittings(self, space: DesignSpace, setting: str) -> None:
-        """Refuse modules that a site does not allow, and other regulators for a module than it has
-        cavities.
-
-        Args:
-            space: Designs of these sites.
-            setting: Names their options, for the error.
-
-        Raises:
-            ValueError: There is one.
-        """
-        for number, (fittings, site) in enumerate(zip(space.fittings, self.sites, strict=True)):
-            last, at = max((each.module for each in fittings), default=0), site.name or number
-            if last >= len(site.modules):
-                raise ValueError(
-                    f"{setting}[{number}] names module {chr(ord('a') + last)}, and site "
-                    f"{at} allows {len(site.modules)} kinds of modules"
-                )
-            for each in fittings:
-                module = site.modules[each.module]
-                module.driven_by(each.regulators, f"{setting}[{number}]", at)
 
     @property
     def settings(self) -> dict[str, Any]:

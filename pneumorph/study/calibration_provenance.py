@@ -6,6 +6,7 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
+from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_spec import RobotSpec
 
 
@@ -15,6 +16,6 @@ def provenance(measured: Path, spec: RobotSpec) -> dict[str, Any]:
     return {
         "measured": str(measured),
         "sha256": hashlib.sha256(content).hexdigest() if content else None,
-        "leg": spec.reduction_digest(),
+        "leg": reduction_digest(spec),
         "damping": spec.physics.damping,
     }

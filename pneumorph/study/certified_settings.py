@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings
+from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
@@ -33,7 +34,7 @@ def made_of_settings(
     return {
         "certificate": walked,
         "physics": spec.physics,
-        "leg": spec.reduction_digest(),
+        "leg": reduction_digest(spec),
         "reductions": sorted(reduction_digests(drawn).values()),
         "reduction": reduction,
     }

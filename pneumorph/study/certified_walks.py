@@ -16,6 +16,7 @@ from pneumorph.base.progress import Progress
 from pneumorph.base.result import finite, in_cm
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_identity import full_identity, mounting_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.fem.full_robot import FullRobot
@@ -354,12 +355,12 @@ def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, 
         "modules": [
             [ingredients(module.full), module.full.mesh.digest()] for module in spec.modules
         ],
-        **spec.full_identity(),
+        **full_identity(spec),
         "hub": [spec.hub_model, *spec.hub.mass_numbers()],
         "height_map": settings_to_dict(spec.physics.ground.map),
         **spec.physics.ground.file_identity(),
         "mounting_angle_deg": spec.mounting_angle_deg,
         "settling_steps": walker.settling_steps,
         "world": None if world is None else world.of_full_order(),
-        **spec.turning([world] if world else []),
+        **mounting_identity(spec, [world] if world else []),
     }

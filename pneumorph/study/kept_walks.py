@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_identity import mounting_identity, reduction_digest
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import Goal
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
@@ -33,7 +34,7 @@ def walks_identity(
     """
     step_s, count = spec.physics.time_step_s, spec.physics.regulator_count
     made_of: dict[str, Any] = {
-        "legs": spec.reduction_digest(),
+        "legs": reduction_digest(spec),
         "hub": spec.hub.mass_numbers(),
         "mounting_angle_deg": spec.mounting_angle_deg,
         "physics": settings_to_dict(spec.physics),
@@ -49,7 +50,7 @@ def walks_identity(
         ],
         "settling_steps": settling_steps,
         "goal": settings_to_dict(goal),
-        **spec.turning(worlds),
+        **mounting_identity(spec, worlds),
     }
     content = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode())
     lags_s = sorted({world.regulator_lag_s for world in worlds})

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.catalogue.resume_identity import resume_identity
+from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.checkpoint import has_checkpoint
@@ -127,7 +127,7 @@ def learned_again(
     asked = {
         "coopt": settings,
         "worlds": worlds,
-        "leg": spec.reduction_digest(),
+        "leg": reduction_digest(spec),
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
         # None where they are usual, which folders of earlier versions are taken to be of.

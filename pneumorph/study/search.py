@@ -16,8 +16,9 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.resume_identity import resume_identity
+from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.space_check import check_space
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
@@ -136,7 +137,7 @@ def search(
     own_task = own_task_notes(None if learned is None else learned.own_task, task.goal)
     for told in own_task:
         folder.progress.say(told)
-    robot.check_space(space)
+    check_space(robot, space)
     poses = [site.pose for site in robot.sites]
     check_equal_designs(space, task.goal, poses=poses)
     check_equal_starts(space, robot.physics.start, poses)
@@ -294,7 +295,7 @@ def _description(
         **{name: asked[name] for name in same},
         "designs": [str(settings.space[design]) for design in designs],
         "simulation": robot.settings,
-        "leg": robot.reduction_digest(),
+        "leg": reduction_digest(robot),
         **resume_identity(robot),
         **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
     }

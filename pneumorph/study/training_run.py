@@ -11,8 +11,9 @@ import numpy as np
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.part_physics import physics_of_part
-from pneumorph.catalogue.resume_identity import resume_identity
+from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.space_check import check_space
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -111,7 +112,7 @@ def run_training(
     shown = digests_of_shown(demonstrations, settings)
     provenance = {
         "simulation": spec.settings,
-        "leg": spec.reduction_digest(),
+        "leg": reduction_digest(spec),
         **resume_identity(spec),
         **drawn,
         **({} if name is None else {"environment": name}),
@@ -262,7 +263,7 @@ def _check(
             f"objective.worlds_per_design is {wanted} and {drawn} worlds are drawn for a round, "
             "expected as many; without --randomize there is one"
         )
-    spec.check_space(settings.space)
+    check_space(spec, settings.space)
     for each in (worlds, certificate):
         if each is not None:
             check_worlds(spec, each.randomisation)

@@ -14,6 +14,7 @@ from other_leg import MESH_FILE
 
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.hardware.driver import DriverError
@@ -122,7 +123,7 @@ def covered(
         return {"distance_cm": distance_cm, "failed": why}
 
     far = []
-    known = {"gait": _digest(gait), "rig": _digest(RIG), "part": spec.reduction_digest()}
+    known = {"gait": _digest(gait), "rig": _digest(RIG), "part": reduction_digest(spec)}
     for seed in range(FIRST_SEED, FIRST_SEED + count):
         file, rig = work / f"{model}_{seed}.json", hidden_rig(worlds, seed)
         made_of = {**known, "settings": settings_to_dict(rig)}

@@ -29,6 +29,7 @@ from pneumorph.base.artefact import read_json, write_json
 from pneumorph.base.result import finite, result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import laid_over
+from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.report.style import save_figure
 from pneumorph.simulation.randomisation import World
@@ -108,7 +109,7 @@ def main(
         settings = laid_over(dict(source.settings), {"robot": {"part": str(part)}})
         source = replace(source, settings=settings)
     spec = source.robot.spec()
-    work = work / spec.reduction_digest()[:12]
+    work = work / reduction_digest(spec)[:12]
     worlds = worlds_of(source)
     if certified is None:
         certificate = _certificate(source, work, "full" in steps)
@@ -117,7 +118,7 @@ def main(
         _refuse_other_pairs(source, certificate, certified)
     best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
     earlier = _earlier(out / "summary.json", digest, best.design)
-    of_leg = earlier if earlier.get("leg_digest") == spec.reduction_digest() else {}
+    of_leg = earlier if earlier.get("leg_digest") == reduction_digest(spec) else {}
     gait = run / best.gait
     reality = of_other_leg(source.robot, other_leg)
     made: dict[str, Any] = {}
@@ -155,7 +156,7 @@ def main(
     summary = {
         "digest": digest,
         "run": source.summary.get("made_by"),
-        "leg_digest": spec.reduction_digest(),
+        "leg_digest": reduction_digest(spec),
         "leg_mode_count": spec.module.reduced.mode_count,
         "best_design": best.design,
         "median_cm": best.band.median,

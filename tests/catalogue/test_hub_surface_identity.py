@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_identity import full_identity, reduction_digest
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD
 from pneumorph.gait.expert_gait import ExpertGait
@@ -38,7 +39,7 @@ def identities(spec: RobotSpec) -> tuple[str, str, str]:
         15,
         FORWARD,
     )
-    return spec.reduction_digest(), kept, spec.full_identity()["robot"]
+    return reduction_digest(spec), kept, full_identity(spec)["robot"]
 
 
 def test_hubs_of_other_surfaces_are_told_apart(plate: RobotSpec, edited: Edited) -> None:
@@ -68,7 +69,7 @@ def test_the_usual_surface_is_in_no_identity_so_that_what_was_kept_is_found(
             pose = site.pose_of(module)
             content.update(pose.rotation.tobytes() + pose.translation.tobytes())
             content.update(str(plate.modules.index(module)).encode())
-    assert plate.reduction_digest() == content.hexdigest()
+    assert reduction_digest(plate) == content.hexdigest()
 
 
 def plate_on(plate: RobotSpec, surface: str) -> RobotSpec:

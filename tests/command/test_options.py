@@ -19,6 +19,7 @@ from pneumorph.base.layers import _flags, _switched_off, layered
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import VERBS, run
 from pneumorph.command.simulate import SimulateOptions
@@ -213,7 +214,7 @@ def test_the_measured_physics_is_the_default_of_every_robot(asked: Ask) -> None:
     spec, named = usual.spec(), paper_robot("measured")
     assert (spec.physics, spec.full_order) == (named.physics, named.full_order)
     assert spec.hub.mass_numbers() == named.hub.mass_numbers() == paper_robot().hub.mass_numbers()
-    assert spec.reduction_digest() == named.reduction_digest() == paper_robot().reduction_digest()
+    assert reduction_digest(spec) == reduction_digest(named) == reduction_digest(paper_robot())
     for verb in ("baseline", "coopt", "search", "bench", "compare"):
         assert asked(verb).robot == usual
     assert asked("compare --physics published").robot == PUBLISHED

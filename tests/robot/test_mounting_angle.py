@@ -10,6 +10,7 @@ import pytest
 from helpers.boxes import box_robot
 
 from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_identity import tilts_rolled_legs
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.robot.design import Design
@@ -111,10 +112,10 @@ def test_what_was_kept_of_rolled_legs_in_a_tilted_world_is_walked_again() -> Non
     sites = tuple(replace(site, pose=site.pose.compose(turned)) for site in spec.sites)
     rolled, level = replace(spec, sites=sites), World.nominal(spec.physics)
     worlds = [level, replace(level, mounting_angle_deg=1.0)]
-    assert rolled.tilts_rolled_legs(worlds)
-    assert replace(rolled, mounting_angle_deg=1.0).tilts_rolled_legs([])
-    assert not rolled.tilts_rolled_legs([level])
-    assert not spec.tilts_rolled_legs(worlds)
+    assert tilts_rolled_legs(rolled, worlds)
+    assert tilts_rolled_legs(replace(rolled, mounting_angle_deg=1.0), [])
+    assert not tilts_rolled_legs(rolled, [level])
+    assert not tilts_rolled_legs(spec, worlds)
     for each, told in ((rolled, True), (spec, False)):
         walker = Walker("L1", Design.parse("1.2"), HeldGait.evenly(np.zeros((1, 2)), 0.1), 0)
         assert ("rolled" in _made_of(each, walker, worlds[1])) is told

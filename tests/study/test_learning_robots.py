@@ -10,6 +10,7 @@ import pytest
 
 from pneumorph.base.layers import layered
 from pneumorph.base.progress import Progress
+from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.learn.objective import Objective
@@ -64,7 +65,7 @@ def test_they_are_the_same_whatever_the_number_of_threads(
 ) -> None:
     """Of the engine; sums of the search have one thread."""
     again = learning_robots(replace(whole, thread_count=1), settings)
-    assert again.reduction_digest() == learning.reduction_digest() != whole.reduction_digest()
+    assert reduction_digest(again) == reduction_digest(learning) != reduction_digest(whole)
 
 
 def test_what_they_learn_on_is_told(

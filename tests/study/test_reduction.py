@@ -13,7 +13,7 @@ from helpers.result_example import example
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh, paper_leg, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.resume_identity import resume_identity
+from pneumorph.catalogue.robot_identity import mounting_identity, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mesh import Mesh, MeshError
@@ -89,9 +89,9 @@ def test_a_leg_that_is_attached_by_its_top_walks_outwards(tmp_path, monkeypatch)
     assert face is not None
     np.testing.assert_allclose(face.rotation[:, 0], [0.0, 0.0, -1.0], atol=1e-12)
     # What is kept of it tells it from the one whose tip was in the air.
-    assert robot.turning([]) == {"turned": "outwards"}
+    assert mounting_identity(robot, []) == {"turned": "outwards"}
     assert resume_identity(robot)["turned"] == "outwards"
-    assert paper_robot().turning([]) == {}
+    assert mounting_identity(paper_robot(), []) == {}
     for pose, leg, site in zip(poses, robot.full("1.1.1.1.1.1.1.1").legs, robot.sites, strict=True):
         np.testing.assert_allclose(pose.rotation, site.pose.rotation, atol=1e-12)
         assert site.face is not None

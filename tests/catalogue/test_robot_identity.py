@@ -11,8 +11,8 @@ import pytest
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import leg_kind, masses_of
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
-from pneumorph.catalogue.resume_identity import resume_identity
 from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.height_map import HeightMap
@@ -39,7 +39,7 @@ def test_robots_of_other_hubs_are_told_apart(leg) -> None:
     told = [resume_identity(replace(usual, hub=paper_hub(each))) for each in hubs]
     assert len({each["hub_mass"] for each in told}) == 3
     assert told[0]["hub_mass"].startswith("40 g (")
-    assert len({replace(usual, hub=paper_hub(each)).reduction_digest() for each in hubs}) == 1
+    assert len({reduction_digest(replace(usual, hub=paper_hub(each))) for each in hubs}) == 1
 
 
 def test_maps_of_one_name_are_told_apart(tmp_path: Path) -> None:

@@ -1,0 +1,119 @@
+"""What tells robots apart, for what is kept of their walks and for what is resumed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from typing import Any, get_args
+
+import numpy as np
+
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
+from pneumorph.catalogue.paper_leg import LegName, masses_of, pressure_map
+from pneumorph.catalogue.paper_robot import paper_hub
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.part_ingredients import ingredients
+from pneumorph.geometry.pose import Pose
+from pneumorph.simulation.randomisation import World
+
+
+def reduction_digest(spec: RobotSpec) -> str:
+    """Hash of all that tells reduced robots of this kind from others of the same physics: of
+    one module at the sites of the paper's robot it is that of its reduced part."""
+    if len(spec.modules) == 1 and spec.name is None:
+        return spec.module.reduced.digest()
+    content = hashlib.sha256()
+    for module in spec.modules:
+        content.update(module.reduced.digest().encode())
+    for number in spec.hub.mass_numbers():
+        content.update(repr(number).encode())
+    _add_hub_points(content, spec.hub)
+    for site in spec.sites:
+        for module in site.modules:
+            _add_pose(content, site.pose_of(module))
+            content.update(str(spec.modules.index(module)).encode())
+    return content.hexdigest()
+
+
+def full_identity(spec: RobotSpec) -> dict[str, str]:
+    """What tells full-order robots of a described kind from others; nothing of the paper's, whose
+    leg and hub are told apart otherwise."""
+    if spec.name is None:
+        return {}
+    hub, content = spec.hub, hashlib.sha256()
+    content.update(f"{hub.mesh.digest()}{hub.mass_numbers()}{hub.material!r}".encode())
+    _add_hub_points(content, hub)
+    for site in spec.sites:
+        for module in site.modules:
+            part = module.full
+            content.update(f"{part.mesh.digest()}{ingredients(part)}".encode())
+            _add_pose(content, site.pose_of(module))
+    return {"robot": content.hexdigest()}
+
+
+def resume_identity(spec: RobotSpec) -> dict[str, str]:
+    """The hub's mass, the heights of a map and legs that go outwards by their own x axes, which
+    `reduction_digest` and `RobotSpec.settings` do not say of the paper's robot.
+
+    Nothing of the mass that the legs' robot usually has, and of ground without a map: what earlier
+    versions kept of those does not say them. A described robot's hub is in its digest.
+
+    Raises:
+        FileNotFoundError: No such map.
+        ValueError: It is no grid of heights.
+    """
+    ground = spec.physics.ground.file_identity() | _outwards_identity(spec)
+    if spec.name is not None or len(spec.modules) > 1:
+        return ground
+    numbers = spec.hub.mass_numbers()
+    if numbers == _usual_numbers(spec):
+        return ground
+    content = hashlib.sha256(repr(numbers).encode()).hexdigest()[:12]
+    return {"hub_mass": f"{1e3 * spec.hub.mass_kg:.6g} g ({content})", **ground}
+
+
+def mounting_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str]:
+    """What is said of modules that earlier versions mounted otherwise; nothing of others.
+
+    Args:
+        spec: The robot.
+        worlds: Where it walks.
+    """
+    rolled = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
+    return rolled | _outwards_identity(spec)
+
+
+def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
+    """Whether a robot has rolled modules that a mounting angle turns, its own or that of a world,
+    which earlier versions turned about their own axes."""
+    rolled = any(
+        site.pose_of(module).roll_deg != 0.0 for site in spec.sites for module in site.modules
+    )
+    angles = [spec.mounting_angle_deg, *(world.mounting_angle_deg for world in worlds)]
+    return rolled and any(angles)
+
+
+def _outwards_identity(spec: RobotSpec) -> dict[str, str]:
+    """What is said of modules that go outwards by their own x axes, whatever face is attached."""
+    turned = any(site.turns(module) for site in spec.sites for module in site.modules)
+    return {"turned": "outwards"} if turned else {}
+
+
+def _add_hub_points(content: Any, hub: HubSpec) -> None:
+    """Its tracked point, what may touch the floor and on which surface that is; the usual surface,
+    which what earlier versions kept does not say, says nothing."""
+    for array in (hub.tracked_point, hub.contact_points):
+        content.update(np.ascontiguousarray(array, dtype=float).tobytes())
+    if hub.surface != HUB_SURFACE:
+        content.update(f"surface {hub.surface!r}".encode())
+
+
+def _add_pose(content: Any, pose: Pose) -> None:
+    content.update(pose.rotation.tobytes() + pose.translation.tobytes())
+
+
+def _usual_numbers(spec: RobotSpec) -> list[float]:
+    """Of the hub that goes with the legs, as `paper_robot` has it."""
+    own = spec.module.pressure_map
+    names = [each for each in get_args(LegName) if pressure_map(each) == own]
+    return paper_hub(masses_of(names[0] if names else "published")).mass_numbers()
