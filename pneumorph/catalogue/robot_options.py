@@ -80,7 +80,8 @@ class RobotOptions(Checked):
     """Threads of the engine; 0 takes every processor."""
     executor: ExecutorSettings = field(default_factory=ExecutorSettings)
     """Where robots are computed: on this machine, or distributed over the workers of a Ray cluster.
-    Results are the same to the last bit for any number of workers with the same kind of processor.
+    Results are the same to the last bit for any number of workers with the same kind of processor,
+    where all legs' reductions have as many modes, rounded up to whole eights.
     Finite-element walks run this many at a time."""
     full: FullOptions = field(default_factory=lambda: FullOptions(**full_of(leg_kind(USUAL))))
     masses: Masses = field(default_factory=lambda: masses_of(USUAL))

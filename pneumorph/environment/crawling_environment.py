@@ -109,7 +109,7 @@ class CrawlingEnvironment(VectorEnv):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
         self._memory = np.zeros((self.num_envs, self.task.state_size), dtype=np.float32)
-        self._heading_deg = np.zeros(self.num_envs)
+        self._heading_deg = np.full(self.num_envs, np.nan)
         self._action_number = np.zeros(self.num_envs, dtype=np.int64)
         self._distance_cm = np.zeros(self.num_envs)
         self._last_command_kPa = np.zeros((self.num_envs, self.task.regulator_count))
@@ -147,7 +147,8 @@ class CrawlingEnvironment(VectorEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start a new episode of every robot. Designs that are refused change nothing.
+        """Start a new episode of every robot. A seed or designs that are refused leave all
+        episodes as they are.
 
         Args:
             seed: Given to a simulator that draws its physics (`RedrawingSimulator`); the task
@@ -158,6 +159,7 @@ class CrawlingEnvironment(VectorEnv):
         Raises:
             TypeError: A design is neither that nor text.
             ValueError: An unknown option, or designs of the wrong number or kind.
+            gymnasium.error.Error: A seed that is negative or no whole number.
         """
         unknown = set(options or {}) - {"designs"}
         if unknown:
@@ -165,12 +167,12 @@ class CrawlingEnvironment(VectorEnv):
                 f"reset option {sorted(unknown)[0]!r} is unknown, expected 'designs': the design "
                 "of each robot"
             )
+        # Before anything else changes, seed and designs may be refused.
+        super().reset(seed=seed)
         if options and options.get("designs") is not None:
-            # Before anything else changes: they may be refused.
             designs, one_hot = self._parsed(options["designs"])
             self._simulator.set_robots([self._robot(design) for design in designs])
             self._designs, self._one_hot = designs, one_hot
-        super().reset(seed=seed)
         if seed is not None and isinstance(self._simulator, RedrawingSimulator):
             self._simulator.redraw(seed)
         self._begin(np.ones(self.num_envs, dtype=bool))
@@ -209,6 +211,7 @@ class CrawlingEnvironment(VectorEnv):
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
         after = self._place()
+        before, after = before.faced(after), after.faced(after)
         self._motion = ActionMotion.of(before, after, failed, self._start, self._simulator)
         moved = before.to(after)
         terms_of = partial(
@@ -265,7 +268,7 @@ class CrawlingEnvironment(VectorEnv):
             self._simulator.advance(command_kPa, min(SAMPLE_STEPS, steps - begin))
             if weights.backsliding > 0.0:
                 last, place = place, self._place()
-                moved = last.to(place)
+                moved = last.faced(place).to(place.faced(place))
                 gone = gone + np.nan_to_num(
                     [each.towards(weights.direction) for each in (moved, moved.mirrored())]
                 )
@@ -280,7 +283,8 @@ class CrawlingEnvironment(VectorEnv):
 
     def _place(self) -> Place:
         """Where the robots are now; to the left and turned 0 where the simulator knows of none. One
-        that is tipped over faces where it did: turning over is no turn."""
+        that is tipped over faces where it did: turning over is no turn. The heading of one that
+        starts so is NaN until it first faces anywhere, see `Place.faced`."""
         forward_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
         if not isinstance(self._simulator, TurningSimulator):
             if self.task.reward.goal != "forward":
@@ -355,7 +359,7 @@ class CrawlingEnvironment(VectorEnv):
         self._memory = np.where(robots[:, None], np.float32(0.0), self._memory)
         self._action_number[robots] = 0
         self._distance_cm[robots] = 0.0
-        self._heading_deg = np.where(robots, 0.0, self._heading_deg)
+        self._heading_deg = np.where(robots, np.nan, self._heading_deg)
         self._last_command_kPa = np.where(robots[:, None], 0.0, self._last_command_kPa)
         self._awaits_reset |= robots
 

@@ -50,8 +50,10 @@ def check_equal_grounds(space: DesignSpace, physics: Physics, poses: Sequence[Po
     if not (space.has_mirror or "mirror" in space.symmetries) or ground.map.path is None:
         return
     grid = ground.grid()
-    reach = np.minimum(grid.y_mm[-1] - start.y_mm, start.y_mm - grid.y_mm[0])
-    aside = np.linspace(0.0, max(float(reach), 0.0), len(grid.y_mm))
+    # To the edge that is further away: beyond the nearer one the map goes on level.
+    reach = max(float(grid.y_mm[-1] - start.y_mm), float(start.y_mm - grid.y_mm[0]))
+    halves = round(2.0 * reach / grid.spacing_mm)  # of the distance between nodes
+    aside = np.linspace(0.0, reach, 1 + min(halves, 2 * len(grid.y_mm)))
     x, y = np.meshgrid(grid.x_mm, aside, indexing="ij")
     left, right = grid.height(x, start.y_mm + y), grid.height(x, start.y_mm - y)
     apart_mm, range_mm = float(np.abs(left - right).max()), float(np.ptp(left) + np.ptp(right))

@@ -17,12 +17,20 @@ class Place:
     Attributes:
         forward_mm: Along the floor's forward axis [mm], (robot,).
         left_mm: To the left of it [mm], (robot,).
-        heading_deg: Where they face, from forward to the left [degrees], (robot,).
+        heading_deg: Where they face, from forward to the left [degrees], (robot,); NaN where that
+            is not known.
     """
 
     forward_mm: np.ndarray
     left_mm: np.ndarray
     heading_deg: np.ndarray
+
+    def faced(self, later: Place) -> Place:
+        """These places with all headings: of robots that have faced nowhere so far, tipped over
+        since they started, where they do at a later place, forward if they still do not. Standing
+        up is no turn."""
+        heading_deg = np.where(np.isnan(self.heading_deg), later.heading_deg, self.heading_deg)
+        return replace(self, heading_deg=np.nan_to_num(heading_deg))
 
     def mirrored(self) -> Place:
         """Where their mirror images about the forward axis are; of places `since` a start, those

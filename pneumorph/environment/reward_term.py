@@ -81,7 +81,8 @@ class ActionMotion:
     def after(self) -> Place:
         """Where they are at its end: how far forward and to the left of where they lay after they
         were put down and had settled, along the axes of the floor. Where they face is told from its
-        forward axis, also of those that are put down facing elsewhere."""
+        forward axis, also of those that are put down facing elsewhere; those that were tipped over
+        all along face forward."""
         return self._ended.since(self._start)
 
     @property

@@ -41,9 +41,18 @@ class SingleCrawlingEnvironment(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start a new episode, with ``options["design"]`` if given."""
-        super().reset(seed=seed)
+        """Start a new episode, with ``options["design"]`` if given.
+
+        Raises:
+            TypeError: The design is neither that nor text.
+            ValueError: An unknown option, or a design of another kind.
+        """
         options = dict(options or {})
+        if unknown := set(options) - {"design"}:
+            raise ValueError(
+                f"reset option {min(unknown)!r} is unknown, expected 'design': the robot's design"
+            )
+        super().reset(seed=seed)
         if "design" in options:
             options["designs"] = [options.pop("design")]
         observation, _ = self._batch.reset(seed=seed, options=options)

@@ -13,9 +13,10 @@ import numpy as np
 from pneumorph.base.artefact import write_atomically
 from pneumorph.exchange.sofa_reduction import mounted_modes, write_sofa_reduction
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.surface import write_stl
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduced_part import SAME_MASS, ReducedPart
 
 SCENE_FILE = "scene.py"
 
@@ -157,7 +158,7 @@ def export_sofa_scene(
     Args:
         folder: Where to write.
         part: The reduced leg, whose mass and materials the scene has.
-        model: Finite elements of its mesh: one solid, one membrane, one cavity.
+        model: Finite elements of its mesh: one solid, one membrane, one cavity of whatever name.
         physics: Time step, damping and gravity of the scene; None for the paper's.
 
     Returns:
@@ -165,7 +166,8 @@ def export_sofa_scene(
 
     Raises:
         ArtefactError: The part was reduced from another mesh.
-        ValueError: The model has no membrane, or elements that the scene's force fields have not.
+        ValueError: The model has no membrane, not one cavity, or elements that the scene's force
+            fields have not; or the part's mass is not the same at every node. Nothing is written.
     """
     physics = physics or Physics()
     part.check_mesh(model.mesh)
@@ -175,15 +177,22 @@ def export_sofa_scene(
             "expected linear ones, as `pneumorph mesh --preset paper` makes them: SOFA's force "
             "fields of the scene know no other"
         )
-    if not model.membranes:
+    if not model.membranes or len(part.membrane_index) == 0:
         raise ValueError("the model has no membrane, expected a leg with its sheet")
-    mesh, membrane = model.mesh, model.membranes[0]
-    sheet = mesh.surface(membrane.surface)
+    mesh = model.mesh
+    cavities = cavity_regions(mesh)
+    if len(cavities) != 1:
+        raise ValueError(
+            f"the leg has {len(cavities)} cavities{': ' * bool(cavities)}{', '.join(cavities)}, "
+            "expected one: the scene has one pressure"
+        )
+    _check_even_mass(part)
+    sheet = mesh.surface(model.membranes[0].surface)
     counts = {"tetrahedra": len(mesh.tetrahedra), "membrane": len(sheet)}
     write_sofa_reduction(folder / "data", part, counts)
     _write_vtk(folder / "leg.vtk", mesh.nodes, mesh.tetrahedra, 10)
     _write_vtk(folder / "sheet.vtk", mesh.nodes, sheet, 5)
-    write_stl(folder / "cavity.stl", mesh.nodes, mesh.surface("cavity"))
+    write_stl(folder / "cavity.stl", mesh.nodes, mesh.surface(cavities[0]))
     text = _SCENE.format(
         mode_count=part.mode_count,
         mount_stiffness=[float(f"{value:.9g}") for value in mounted_modes(part)[1]],
@@ -196,9 +205,38 @@ def export_sofa_scene(
         poisson=part.tetrahedron_material.poisson_ratio,
         sheet_young=part.membrane_material.young_modulus_kPa,
         sheet_poisson=part.membrane_material.poisson_ratio,
-        sheet_thickness=membrane.thickness_mm,
+        sheet_thickness=float(f"{_sheet_thickness_mm(part, mesh.nodes[sheet]):.9g}"),
     )
     return write_atomically(folder / SCENE_FILE, lambda stream: stream.write(text.encode()))
+
+
+def _check_even_mass(part: ReducedPart) -> None:
+    """Refuse a part whose modes are not orthonormal in the scene's mass, the same at every node.
+
+    Raises:
+        ValueError: They are not.
+    """
+    modes = part.modes.reshape(-1, part.mode_count).astype(float)
+    masses = part.mass / len(part.rest_nodes) * (modes.T @ modes)
+    off = float(np.abs(masses - np.eye(part.mode_count)).max())
+    if off > SAME_MASS:
+        raise ValueError(
+            f"the part's modes have masses up to {off:.2g} off one if each node has the same mass, "
+            f"expected {SAME_MASS:g} or less: the scene has a UniformMass. The part was reduced "
+            "with --materials.mass-lumping volume; reduce it with `even`"
+        )
+
+
+def _sheet_thickness_mm(part: ReducedPart, corners_mm: np.ndarray) -> float:
+    """Thickness of a part's sheet, of which a part keeps weight times area times thickness [mm].
+
+    Args:
+        part: The part.
+        corners_mm: Corners of all triangles of its sheet [mm], (triangle, 3, 3).
+    """
+    first, second, third = corners_mm[part.membrane_index].swapaxes(0, 1)
+    areas = 0.5 * np.linalg.norm(np.cross(second - first, third - first), axis=1)
+    return float(part.membrane_measure.sum() / (part.membrane_weight @ areas))
 
 
 def _write_vtk(path: Path, nodes: np.ndarray, cells: np.ndarray, cell_type: int) -> None:

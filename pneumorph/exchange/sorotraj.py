@@ -28,7 +28,8 @@ UNIT = "kPa_per_unit"
 """Remark of a file that says what one unit of its pressures is [kPa]."""
 
 SWITCH_S = 1e-3
-"""A held command is written as a straight line that lasts this long at its end [s]."""
+"""A held command is written as a straight line that lasts this long at its end [s], and no longer
+than half of it."""
 
 
 def read_sorotraj(
@@ -134,7 +135,7 @@ def write_sorotraj(
         rows = []
         ends = [*gait.start_s[1:], gait.duration_s]
         for start, end, held in zip(gait.start_s, ends, gait.held_kPa, strict=True):
-            last = end if end == gait.duration_s else end - SWITCH_S
+            last = end if end == gait.duration_s else end - _switch_s(end - start)
             rows += [[start, *held], [last, *held]]
         table = np.array(rows)
     else:
@@ -153,6 +154,11 @@ def write_sorotraj(
     lines += ["    prefix:", "    suffix:"]
     text = "\n".join(lines) + "\n"
     return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def _switch_s(held_s: float) -> float:
+    """How long the switch lasts beside a command that is held so long [s]."""
+    return min(SWITCH_S, 0.5 * held_s)
 
 
 def _named_once(yaml: Any) -> Any:
@@ -219,7 +225,12 @@ def _main(kind: str, config: Mapping[str, Any], setpoints: Mapping[str, Any]) ->
             f"traj_type is {kind!r} with {'no' if table is None else 'a'} main part, expected "
             "direct or interp with one, or waveform"
         )
-    if kind == "interp" and str(config.get("interp_type")) == "cubic":
+    way = str(config.get("interp_type")).lower() if kind == "interp" else "none"
+    if way not in ("linear", "cubic", "none"):
+        raise ValueError(
+            f"interp_type is {config.get('interp_type')!r}, expected linear, cubic or none"
+        )
+    if way == "cubic":
         from scipy.interpolate import CubicSpline
 
         spline = CubicSpline(table[:, 0], table[:, 1:], bc_type="periodic")
@@ -262,18 +273,25 @@ def _waveform(config: Mapping[str, Any]) -> np.ndarray:
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """Put parts behind one another; of two waypoints at the same time that differ the later one
-    comes `SWITCH_S` after, of equal ones it is dropped."""
-    joined = parts[0].copy()
-    joined[:, 0] -= joined[0, 0] if joined[0, 0] < 0.0 else 0.0
+    """Put parts behind one another, from 0 those that begin before it; of two waypoints at the same
+    time that differ the later one comes `SWITCH_S` after, of equal ones it is dropped."""
+    joined = _from_zero(parts[0])
     for part in parts[1:]:
-        later = part.copy()
+        later = _from_zero(part)
         later[:, 0] += joined[-1, 0]
         first, end = later[0], joined[-1]
         jumps = first[0] <= end[0] and not np.array_equal(first[1:], end[1:])
-        switch = [[end[0] + SWITCH_S, *first[1:]]] if jumps else np.zeros((0, later.shape[1]))
-        rest = later[later[:, 0] > end[0] + (SWITCH_S if jumps else 0.0)]
+        after_s = _switch_s(float(later[1, 0] - end[0])) if jumps and len(later) > 1 else SWITCH_S
+        switch = [[end[0] + after_s, *first[1:]]] if jumps else np.zeros((0, later.shape[1]))
+        rest = later[later[:, 0] > end[0] + (after_s if jumps else 0.0)]
         joined = np.concatenate([joined, switch, rest])
     if joined[0, 0] > 0.0:
         joined = np.concatenate([[[0.0, *joined[0, 1:]]], joined])
     return joined
+
+
+def _from_zero(part: np.ndarray) -> np.ndarray:
+    """A copy of a part that begins at 0 where it began before."""
+    moved = part.copy()
+    moved[:, 0] -= min(float(part[0, 0]), 0.0)
+    return moved

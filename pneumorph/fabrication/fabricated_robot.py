@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-import re
 import time
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from pneumorph.base.artefact import write_atomically
 from pneumorph.base.run_folder import SUMMARY, RunFolder, read_summary
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fabrication.fabricated_solid import (
+    FabricatedSolid,
+    made_solids,
+    skin_of,
+    write_skin,
+)
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.file_names import OF_A_MOULD, file_name, file_names, on_paper
 from pneumorph.fabrication.hub_stiffness import HubStiffness, hub_model, hub_stiffness
-from pneumorph.fabrication.leg_mould import MouldSettings, check_leg_mould, make_leg_mould
+from pneumorph.fabrication.leg_mould import (
+    MouldSettings,
+    check_leg_mould,
+    check_leg_sizes,
+    make_leg_mould,
+)
 from pneumorph.fabrication.mass_warning import mass_warning
 from pneumorph.fabrication.parts_list import (
     MM3_PER_ML,
@@ -29,35 +36,10 @@ from pneumorph.fabrication.parts_list import (
     parts_list,
 )
 from pneumorph.fabrication.robot_to_make import LegToMake, RobotToMake
-from pneumorph.fabrication.solid import ClosedSurface, FabricationError, surface_of, write_step
+from pneumorph.fabrication.solid import FabricationError
 from pneumorph.fabrication.tube_plan import TubeRun, tube_plan, tubes_csv
-from pneumorph.fabrication.wall_thickness import wall_thickness_mm
 from pneumorph.fabrication.workshop_settings import WorkshopSettings
-from pneumorph.geometry.mesh import Mesh
-from pneumorph.geometry.surface import boundary_triangles, surface_area, write_stl
-
-_GRAZED = (
-    "; a leg's socket or base plate may graze a face or, in a hollow hub, the inside of a wall: "
-    "move the site, or the hub by its bottom_mm, or leave out wall_mm"
-)
-_OF_A_MOULD = ("mould_upper", "mould_lower", "core")
-
-
-@dataclass(frozen=True)
-class FabricatedSolid:
-    """A solid to print or to mill: its files, volume and thinnest wall."""
-
-    step: str | None
-    """None of a part that is known by its mesh alone."""
-    stl: str
-    volume_mm3: float
-    surface_volume_mm3: float
-    """Volume inside the triangles of the STL file [mm^3]."""
-    triangle_count: int
-    thinnest_wall_mm: float | None
-    """Between triangles of the STL file, which cut across a curved wall: where edges of e go around
-    a radius r by up to e^2 / (8 r) less than the solid's own wall. None where no wall has an
-    opposite side."""
+from pneumorph.geometry.surface import surface_area
 
 
 @dataclass(frozen=True)
@@ -155,14 +137,15 @@ def fabricate(
     solids, checks = _of_legs(robot.legs, settings)
     if robot.hub.solid is not None:
         solids["hub"] = robot.hub.solid, settings.hub.smallest_wall_mm
-    made = _made(solids, settings, folder)
     names = file_names([leg.name for leg in robot.legs])
-    for leg in robot.legs:
-        if leg.shape is None:
-            name = _file_name(names[leg.name], "leg")
-            made[name] = _written_mesh(name, leg.mesh, folder)
+    meshes = {
+        file_name(names[leg.name], "leg"): leg.mesh for leg in robot.legs if leg.shape is None
+    }
     if robot.hub.mesh is not None:
-        made["hub"] = _written_mesh("hub", robot.hub.mesh, folder)
+        meshes["hub"] = robot.hub.mesh
+    skins = {name: skin_of(name, mesh) for name, mesh in meshes.items()}
+    made = made_solids(solids, settings, folder)
+    made |= {name: write_skin(name, skin, folder) for name, skin in skins.items()}
     volume_ml = robot.hub.walls_ml
     if volume_ml is None:
         volume_ml = made["hub"].volume_mm3 / MM3_PER_ML
@@ -172,9 +155,9 @@ def fabricate(
     ]
     tubes = tube_plan(robot.seats, settings.workshop)
     moulds = {
-        _on_paper(name, names): solid.volume_mm3
+        on_paper(name, names): solid.volume_mm3
         for name, solid in made.items()
-        if name.endswith(_OF_A_MOULD)
+        if name.endswith(OF_A_MOULD)
     }
     parts = parts_list(materials, printed, moulds, tubes, settings.workshop, robot.hub.payload)
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
@@ -300,53 +283,6 @@ def refuse_thin_fins(legs: Sequence[LegToMake], settings: MouldSettings) -> None
         )
 
 
-def file_names(names: Sequence[str]) -> dict[str, str]:
-    """What the files of each kind of leg begin with, by its name.
-
-    Only Latin letters, digits and hyphens are left, others are a hyphen. Names that are one then,
-    small or capital letters, are numbered in their order, so that no file is another's:
-    ``long leg`` and ``long_leg`` are ``long-leg-1`` and ``long-leg-2``, names in other scripts
-    ``leg-1``, ``leg-2``.
-
-    Args:
-        names: Of the kinds, each once; an empty one begins nothing.
-    """
-    plain = {name: _plain(name) for name in names}
-    alike = Counter(each.lower() for each in plain.values())
-    taken = set(alike)
-    found = {}
-    for name, usual in plain.items():
-        found[name] = usual
-        if alike[usual.lower()] > 1:
-            stem = usual.strip("-") or "leg"
-            number = next(n for n in count(1) if f"{stem}-{n}".lower() not in taken)
-            found[name] = f"{stem}-{number}"
-            taken.add(found[name].lower())
-    return found
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9-]+", "-", name)
-
-
-def _file_name(kind: str, solid: str) -> str:
-    """What a solid of a kind of leg is called, whose files begin so."""
-    return f"{kind}_{solid}" if kind else solid
-
-
-def _on_paper(solid: str, names: Mapping[str, str]) -> str:
-    """What a solid is called in the parts list: as its files, with the name of its leg where that
-    is numbered there.
-
-    Args:
-        solid: What its files are called.
-        names: What the files of each kind of leg begin with.
-    """
-    kind = solid.partition("_")[0]
-    numbered = [name for name, own in names.items() if own == kind != _plain(name)]
-    return f"{solid} ({numbered[0]})" if numbered else solid
-
-
 def _of_legs(
     legs: Sequence[LegToMake], settings: FabricationSettings
 ) -> tuple[dict[str, tuple[Any, float]], dict[str, dict[str, Any]]]:
@@ -359,12 +295,13 @@ def _of_legs(
         if leg.shape is None:
             checks[leg.name] = {"cast_volume_mm3": volume, "mesh_volume_mm3": volume}
             continue
+        check_leg_sizes(leg.shape, leg.mesh)
         mould = make_leg_mould(leg.shape, settings.mould)
         checks[leg.name] = check_leg_mould(mould, leg.shape, volume)
-        for name, solid in zip(_OF_A_MOULD, (mould.upper, mould.lower, mould.core), strict=True):
-            solids[_file_name(names[leg.name], name)] = solid, settings.mould.smallest_wall_mm
+        for name, solid in zip(OF_A_MOULD, (mould.upper, mould.lower, mould.core), strict=True):
+            solids[file_name(names[leg.name], name)] = solid, settings.mould.smallest_wall_mm
         whole = mould.body + mould.plate
-        solids[_file_name(names[leg.name], "leg")] = whole, settings.mould.smallest_silicone_mm
+        solids[file_name(names[leg.name], "leg")] = whole, settings.mould.smallest_silicone_mm
     return solids, checks
 
 
@@ -381,71 +318,6 @@ def _material(leg: LegToMake, volume_mm3: float, workshop: WorkshopSettings) -> 
     )
 
 
-def _made(
-    solids: dict[str, tuple[Any, float]], settings: FabricationSettings, folder: RunFolder
-) -> dict[str, FabricatedSolid]:
-    """Every solid by name, written once all are checked."""
-    folder.progress.stage("checking surfaces")
-    checked = {}
-    for number, (name, (solid, smallest)) in enumerate(solids.items(), start=1):
-        checked[name] = _checked_surface(name, solid, smallest, settings.surface_size_mm)
-        folder.progress(number, len(solids), name)
-    return {
-        name: _written(name, solids[name][0], surface, thinnest, folder)
-        for name, (surface, thinnest) in checked.items()
-    }
-
-
 def _known(value: float | None) -> float:
     assert value is not None  # silicone and the paper's hub are weighed
     return value
-
-
-def _allowed_by(name: str) -> str:
-    """Flag that allows thinner walls of what is made."""
-    if name == "hub":
-        return "--hub.smallest-wall-mm"
-    return f"--mould.smallest-{'wall' if name.endswith(_OF_A_MOULD) else 'silicone'}-mm"
-
-
-def _checked_surface(
-    name: str, solid: Any, smallest_mm: float, size_mm: float
-) -> tuple[ClosedSurface, float]:
-    """Surface of a solid and its thinnest wall [mm]."""
-    surface = surface_of(solid, size_mm)  # raises unless it is watertight
-    thickness = wall_thickness_mm(surface)
-    place = int(np.argmin(thickness))
-    thinnest = float(thickness[place])
-    if thinnest < smallest_mm - 1e-6:
-        middle = surface.nodes[surface.triangles[place]].mean(axis=0)
-        raise FabricationError(
-            f"{name} has a wall of {thinnest:.2f} mm at ({', '.join(f'{v:.1f}' for v in middle)}) "
-            f"mm, expected {smallest_mm:g} mm or more; if you can make it, say so by "
-            f"{_allowed_by(name)} {0.9 * thinnest:.2g}" + (_GRAZED if name == "hub" else "")
-        )
-    return surface, thinnest
-
-
-def _written(
-    name: str, solid: Any, surface: ClosedSurface, thinnest: float, folder: RunFolder
-) -> FabricatedSolid:
-    step = write_step(folder / f"{name}.step", solid)
-    stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
-    return FabricatedSolid(
-        step=str(step),
-        stl=str(stl),
-        volume_mm3=float(sum(each.mass for each in solid.solids)),
-        surface_volume_mm3=surface.volume_mm3,
-        triangle_count=len(surface.triangles),
-        thinnest_wall_mm=thinnest if np.isfinite(thinnest) else None,
-    )
-
-
-def _written_mesh(name: str, mesh: Mesh, folder: RunFolder) -> FabricatedSolid:
-    """Write the skin of a part that is known by its mesh."""
-    triangles = boundary_triangles(mesh.tetrahedra)
-    used, renumbered = np.unique(triangles, return_inverse=True)
-    surface = ClosedSurface(mesh.nodes[used], renumbered.reshape(triangles.shape))
-    stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
-    volume = surface.volume_mm3
-    return FabricatedSolid(None, str(stl), volume, volume, len(triangles), None)

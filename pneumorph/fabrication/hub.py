@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.fabrication.hub_settings import HubSettings
+from pneumorph.fabrication.leg_place import leg_pose
 from pneumorph.fabrication.leg_socket import (
     BEYOND_MM,
     behind_the_socket,
@@ -49,7 +50,8 @@ def make_hub(
     mounting, settings = mounting or RadialMounting(), settings or HubSettings()
 
     def everywhere(shape: Any) -> Any:
-        return union(posed(shape, mounting.pose(k)) for k in range(mounting.location_count))
+        places = range(mounting.location_count)
+        return union(posed(shape, leg_pose(leg, mounting, k)) for k in places)
 
     top = disk.bottom_mm + disk.height_mm
     well = _upright(settings.well_radius_mm, disk.bottom_mm - BEYOND_MM, top + BEYOND_MM)

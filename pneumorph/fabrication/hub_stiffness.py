@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.fabrication.leg_place import end_face_mm, leg_pose
 from pneumorph.fem.free_body import free_body_displacements, rigid_motions
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
@@ -87,7 +88,7 @@ def _face(
     hub: PartModel, leg: PneuNetShape, mounting: RadialMounting, location: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nodes of a mount, (n,), and their forces for six unit loads in the leg's axes, (n, 3, 6)."""
-    pose = mounting.pose(location)
+    pose = leg_pose(leg, mounting, location)
     length, width, _ = leg.tooth_base_mm
     bottom, top = leg.base_plate_mm[2], leg.height_mm
     local = pose.inverse().apply(hub.rest_nodes)
@@ -106,8 +107,7 @@ def _face(
     # A constant traction on a straight quadratic triangle loads its midside nodes, a third each.
     weight = np.bincount(mine[:, 3:].ravel(), np.repeat(areas / 3.0, 3), hub.node_count)
     nodes = np.flatnonzero(weight)
-    centre = np.array([-length / 2.0, 0.0, 0.5 * (bottom + top)])
-    motions = rigid_motions(local[nodes], centre)
+    motions = rigid_motions(local[nodes], end_face_mm(leg))
     weighted = weight[nodes, None, None] * motions
     gram = np.einsum("pir,pis->rs", motions, weighted)
     spread = weighted @ np.linalg.inv(gram)
@@ -147,10 +147,8 @@ def hub_stiffness(
         force_mN: Largest force on a leg's outer end [mN].
     """
     mounts = mount_compliance(hub, shape, mounting)
-    length, plate = shape.tooth_base_mm[0], shape.base_plate_mm
-    centre = np.array([-length / 2.0, 0.0, 0.5 * (plate[2] + shape.height_mm)])
-    end = np.array([[plate[0] / 2.0, 0.0, 0.0]])
-    to_end = rigid_motions(end, centre)[0]  # (3, 6)
+    end = np.array([[shape.base_plate_mm[0] / 2.0, 0.0, 0.0]])
+    to_end = rigid_motions(end, end_face_mm(shape))[0]  # (3, 6)
     by_leg = leg_end_compliance(leg, shape)
     # Forces in units under which the leg moves by one in each direction.
     root = np.linalg.inv(np.linalg.cholesky(by_leg)).T

@@ -16,8 +16,11 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.fabrication.solid import FabricationError, single_solid
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.netgen_mesher import box, open_cascade, union
-from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.pneunet import Box, PneuNetShape
+from pneumorph.geometry.region_names import cavity_regions
+from pneumorph.geometry.surface import enclosed_volume
 
 
 @dataclass(frozen=True)
@@ -226,6 +229,50 @@ def _hole_radius_mm(shape: PneuNetShape, settings: MouldSettings) -> float:
             f"than {2.0 * settings.smallest_wall_mm:g} mm: its holes would cut into the teeth"
         )
     return radius
+
+
+def check_leg_sizes(shape: PneuNetShape, mesh: Mesh) -> None:
+    """Check that a leg that is cast is the one that was meshed, as far as its outside and its
+    cavities go: one of other sizes may have the same volume.
+
+    Args:
+        shape: The leg.
+        mesh: Mesh of the simulated leg.
+
+    Raises:
+        FabricationError: They differ by more than 0.5 %.
+    """
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    regions = [mesh.surfaces[name] for name in cavity_regions(mesh)]
+    inside = mesh.nodes[np.concatenate([region.ravel() for region in regions])]
+    outer, inner = _corners_mm(shape.solid_boxes()), _corners_mm(shape.cavity_boxes())
+    count = 1 if shape.middle_wall_mm == 0.0 else 2
+    compared = [
+        ("length, width and height [mm]", np.ptp(outer, axis=0), high - low),
+        ("volume of each cavity [mm^3]", np.full(count, shape.cavity_volume_mm3() / count),
+         np.array([abs(enclosed_volume(mesh.nodes, region)) for region in regions])),
+        ("length, width and height of its cavities [mm]", np.ptp(inner, axis=0),
+         np.ptp(inside, axis=0)),
+        ("where its cavities begin, from its lowest corner [mm]", inner[0] - outer[0],
+         inside.min(axis=0) - low),
+    ]  # fmt: skip
+    for name, own, meshed in compared:
+        if own.shape != meshed.shape or np.any(np.abs(own - meshed) > 0.005 * meshed):
+            raise FabricationError(
+                f"{name}: the leg to cast has {_told(own)}, the mesh {_told(meshed)}, expected the "
+                "same within 0.5 %; the mesh is of another shape: give the leg's sizes (such as "
+                "--leg.base-plate-mm) as it was meshed with, or the leg's own mesh (--mesh)"
+            )
+
+
+def _corners_mm(boxes: list[Box]) -> np.ndarray:
+    """Lowest and highest corner of boxes [mm], (2, 3)."""
+    low, size = np.array(boxes).swapaxes(0, 1)
+    return np.array([low.min(axis=0), (low + size).max(axis=0)])
+
+
+def _told(values: np.ndarray) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)
 
 
 def check_leg_mould(mould: LegMould, shape: PneuNetShape, mesh_volume_mm3: float) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.described_hub import make_described_hub
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub import make_hub
+from pneumorph.fabrication.leg_place import end_face_mm, leg_pose
 from pneumorph.fem.silicones import silicone_of
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.geometry.mesh import Mesh
@@ -195,14 +196,21 @@ def paper_robot_to_make(
         robot: The simulation whose masses stand beside those that are built.
 
     Raises:
-        ValueError: The design has no legs, or does not fit the hub's sockets.
+        ValueError: The design has no legs, or is of another number of places than the robot; or the
+            mounting is.
     """
-    mounting = settings.mounting
-    design = _with_legs(design)
-    if design.location_count != mounting.location_count:
+    mounting, site_count = settings.mounting, len(robot.sites)
+    if mounting.location_count != site_count:
         raise ValueError(
-            f"design {design} has {design.location_count} locations, expected "
-            f"{mounting.location_count} as the hub has sockets"
+            f"mounting.location_count is {mounting.location_count}, expected {site_count} as the "
+            "simulated robot has sites: leave it out, or describe a robot with another number of "
+            "sites in a file of its own (--robot)"
+        )
+    design = _with_legs(design)
+    if design.location_count != site_count:
+        raise ValueError(
+            f"design {design} has {design.location_count} locations, expected {site_count} as the "
+            "hub has sockets"
         )
     mesh = paper_leg_mesh() if settings.mesh is None else load_leg_mesh(settings.mesh)
     _check_chambers(settings.leg, mesh)
@@ -210,18 +218,17 @@ def paper_robot_to_make(
     rubber = silicone_of(robot.module.full.material)
     leg = LegToMake("", settings.leg, mesh, mass_g, design.leg_count, rubber)
     regulators = _of_chambers(design, robot)
-    low, high = settings.leg.base_plate_mm[2], settings.leg.height_mm
-    face = np.array([-settings.leg.tooth_base_mm[0] / 2.0, 0.0, 0.5 * (low + high)])
+    poses = [leg_pose(settings.leg, mounting, k) for k in range(mounting.location_count)]
     seats = tuple(
         Seat(
             location,
-            mounting.pose(location),
-            mounting.pose(location).apply(face),
+            pose,
+            pose.apply(end_face_mm(settings.leg)),
             leg if location in regulators else None,
             regulators.get(location, ()),
             _channel_length_mm(mounting),
         )
-        for location in range(mounting.location_count)
+        for location, pose in enumerate(poses)
     )
     disk = settings.disk
     hub = HubToMake(

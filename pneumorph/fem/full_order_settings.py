@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
@@ -13,6 +13,7 @@ NewtonMatrix = Literal["fresh", "kept"]
 FrictionSolver = Literal["newton", "gauss_seidel"]
 
 _ONCE_USUAL_HALVINGS = 4
+_DISPLACEMENTS = "displacement_tolerance_mm"
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,9 @@ class FullOrderSettings(Checked):
     """`linearly_implicit`: one linear solve per step, as published. `implicit_euler`: Newton's
     method with line search until all forces balance at the end of the step."""
     newton_tolerance: Positive = 1e-8
-    """Unbalanced impulse at which Newton's method stops, relative to momentum, weight and
-    pressure."""
+    """Unbalanced impulse at which Newton's method stops, relative to momentum, weight, pressure and
+    the elastic forces of the legs. It is of `implicit_euler`, as all settings of Newton's method
+    are."""
     displacement_tolerance_mm: NotNegative = 0.0
     """With kept tangents, Newton's method also stops when the nodes are expected to be this close
     to their end positions [mm] (root mean square by mass); 0: only when forces balance."""
@@ -71,11 +73,21 @@ class FullOrderSettings(Checked):
 
     def described(self) -> dict[str, Any]:
         """Settings by name, which tell kept things apart: without what decides nothing, and without
-        what earlier versions did not have where it is as usual."""
-        own = self.by_name()
+        what earlier versions did not have where it is as usual. What Newton's method has is as
+        usual where it is not used."""
+        own = self._without_unused().by_name()
         usual = ["thread_count"]
-        if self.newton_matrix == "fresh":
-            usual.append("newton_matrix")
-        if self.displacement_tolerance_mm == 0.0:
-            usual.append("displacement_tolerance_mm")
+        for name in ("newton_matrix", _DISPLACEMENTS):
+            if own[name] == getattr(FullOrderSettings, name):
+                usual.append(name)
         return {name: value for name, value in own.items() if name not in usual}
+
+    def _without_unused(self) -> FullOrderSettings:
+        """The same steps, with the defaults of what these do not use."""
+        unused = []
+        if self.integrator == "linearly_implicit":
+            unused = [_DISPLACEMENTS, "newton_tolerance", "newton_iterations", "newton_matrix"]
+        elif self.newton_matrix == "fresh":
+            unused = [_DISPLACEMENTS]
+        usual: dict[str, Any] = {name: getattr(FullOrderSettings, name) for name in unused}
+        return replace(self, **usual)

@@ -25,7 +25,7 @@ def interpolation_matrix(mesh: Mesh, points: np.ndarray) -> csr_array:
     if mesh.mirror_nodes is not None:
         mirrored = points[:, 1] < 0.0
         points = np.where(mirrored[:, None], points * [1.0, -1.0, 1.0], points)
-        elements = elements[mesh.nodes[mesh.tetrahedra][:, :, 1].mean(axis=1) > 0.0]
+        elements = elements[mesh.nodes[mesh.tetrahedra][:, :, 1].max(axis=1) > 0.0]
     connectivity = mesh.connectivity[elements]
     corners = mesh.nodes[connectivity[:, :4]]
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))

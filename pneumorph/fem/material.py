@@ -16,6 +16,10 @@ Dilatation = Literal["pointwise", "mean"]
 """Where elements take their change of volume: at each integration point, or once for an element, so
 that nearly incompressible ones do not lock."""
 
+YEOH_RATIOS = ("yeoh_c2_over_c1", "yeoh_c3_over_c1")
+"""Constants of a material that are of Yeoh's law."""
+_LAWS_OF_HOOKES_CONSTANTS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
+
 
 @dataclass(frozen=True, repr=False)
 class Material(Checked):
@@ -77,9 +81,31 @@ class Material(Checked):
 
     def ingredients(self) -> dict[str, Any]:
         """Fields by name, JSON-serialisable, without those that were not asked for."""
-        optional = ("yeoh_c2_over_c1", "yeoh_c3_over_c1", "dilatation")
+        optional = (*YEOH_RATIOS, "dilatation")
         unused = {name for name in optional if getattr(self, name) == getattr(Material, name)}
         return {name: value for name, value in asdict(self).items() if name not in unused}
+
+    def refuse_unused(self, dimension: int) -> None:
+        """Refuse what its elements would do nothing with.
+
+        Args:
+            dimension: 3 for a solid and 2 for a sheet.
+
+        Raises:
+            ValueError: Constants of Yeoh's law of another law, or a sheet's mean dilatation.
+        """
+        if self.law in _LAWS_OF_HOOKES_CONSTANTS:
+            for name in YEOH_RATIOS:
+                if getattr(self, name) != 0.0:
+                    raise ValueError(
+                        f"{name} is {getattr(self, name):g} of the law {self.law!r}, expected 0: "
+                        "it is a constant of the law 'yeoh' alone; leave it out, or choose that law"
+                    )
+        if dimension == 2 and self.dilatation != "pointwise":
+            raise ValueError(
+                f"a sheet's dilatation is {self.dilatation!r}, expected 'pointwise': a sheet is "
+                "free to change its thickness, and has no volume of its own"
+            )
 
     def stiffer(self, factor: float) -> Material:
         """The same material with `factor` times its Young's modulus."""

@@ -55,7 +55,8 @@ class PartModel:
 
     Raises:
         MeshError: The mesh is faulty or lacks a region.
-        ValueError: The mass is not positive, or node masses do not add up to it.
+        ValueError: The mass is not positive, or node masses do not add up to it; or a material has
+            numbers that its elements do nothing with.
     """
 
     def __init__(
@@ -70,6 +71,9 @@ class PartModel:
     ) -> None:
         if not 0.0 < mass_kg < float("inf"):
             raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
+        material.refuse_unused(3)
+        for each in membranes:
+            each.material.refuse_unused(2)
         regions = [membrane.surface for membrane in membranes]
         names = (cavity,) if isinstance(cavity, str) else tuple(cavity or ())
         check_mesh(mesh, [*regions, *names], cavities=names)

@@ -100,12 +100,28 @@ class PronySeries(Checked):
         turned = 1j * np.multiply.outer(angular_frequency, np.array(self.times_s))
         return 1.0 + (turned / (1.0 + turned)) @ self.branch_ratios
 
+    def ramp_springs(self, strains: np.ndarray, step_s: float) -> np.ndarray:
+        """What the springs have of strains that began at rest, at their end, (branch, component).
+
+        Args:
+            strains: At even times, the first at rest; they change evenly between, (time,
+                component).
+            step_s: Time from one to the next [s].
+        """
+        decay, gain = self.step_factors(step_s)
+        steps_left = np.arange(len(strains) - 1)[::-1]
+        springs: np.ndarray = (gain[:, None] * decay[:, None] ** steps_left) @ np.diff(
+            strains, axis=0
+        )
+        return springs
+
     def secant_ratio(self, strain: float, strain_rate_per_s: float) -> float:
         """Secant modulus of a tension test at an even rate, over the relaxed modulus.
 
-        Constants of a law that were fitted to such a test are divided by this to be the relaxed
-        ones. It depends little on the strain chosen where branches are fast or slow beside the
-        test.
+        It is of branches that act on the strain of the test itself, and depends little on the
+        strain chosen where they are fast or slow beside the test. Those of
+        `pneumorph.fem.maxwell_group` act on Green's strain and pull harder, half as hard again at a
+        strain of 50 %: `pneumorph.fem.silicones.Silicone.test_ratio`.
 
         Args:
             strain: Strain at which the two are to agree.

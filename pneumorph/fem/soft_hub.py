@@ -39,11 +39,24 @@ class SoftHub:
         contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
             default.
         surface: What they lie on, by name.
+
+    Raises:
+        ValueError: The part relaxes or has cavities, which a hub does nothing with.
     """
 
     def __init__(
         self, part: PartModel, contact_points: np.ndarray | None = None, surface: str = ""
     ) -> None:
+        if part.branches is not None:
+            raise ValueError(
+                f"the hub's part relaxes by {part.branches.series}, expected one that does not: a "
+                "hub's stress is elastic; make the part without relaxation"
+            )
+        if part.cavities:
+            raise ValueError(
+                f"the hub's part has the cavities {', '.join(part.cavity_names)}, expected none: "
+                "nothing inflates a hub; make the part without a cavity"
+            )
         self.part = part
         self.mesh = part.mesh
         self.contact_points: np.ndarray = np.array(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -99,6 +99,57 @@ def static_equilibrium(
             settings or StaticSettings(),
         )
     )
+
+
+def raised_equilibrium(
+    part: PartModel,
+    pressure_kPa: float,
+    held_nodes: np.ndarray,
+    external_force: np.ndarray,
+    *,
+    rotation: Rotation = "edge",
+    settings: StaticSettings | None = None,
+) -> StaticResult:
+    """The same from rest, along a path on which force and pressure rise together.
+
+    The path's steps are halved where they fail: first a half, at least 2^-`halving_limit` of the
+    whole load. For forces that are too strong to be applied at once.
+
+    Args:
+        part: The part.
+        pressure_kPa: Pressure in the cavity [kPa]; must be 0 for a part without one.
+        held_nodes: Nodes that stay at rest, (n,).
+        external_force: Further force on the nodes [mN], (node, 3).
+        rotation: Where the elements take their rotation from.
+        settings: Steps and tolerance.
+
+    Returns:
+        The last equilibrium found; look at `converged`, which says whether it is of all the load.
+
+    Raises:
+        ValueError: The pressure is not finite, or too few nodes are held.
+    """
+    settings = settings or StaticSettings()
+    found = StaticResult(np.array(part.rest_nodes, dtype=float), False, np.inf, 0, 0.0)
+    share, step, iterations = 0.0, 0.5, 0
+    while share < 1.0 and step >= 0.5**settings.halving_limit:
+        target = min(share + step, 1.0)
+        tried = static_equilibrium(
+            part,
+            target * pressure_kPa,
+            held_nodes,
+            start=found.positions,
+            start_pressure_kPa=share * pressure_kPa,
+            external_force=target * external_force,
+            rotation=rotation,
+            settings=replace(settings, halving_limit=0),
+        )
+        iterations += tried.iterations
+        if tried.converged:
+            found, share = tried, target
+        else:
+            step *= 0.5
+    return replace(found, converged=share == 1.0, iterations=iterations)
 
 
 def rising_equilibria(

@@ -199,7 +199,7 @@ class Ground(Checked):
 
         Args:
             height_mm: Where the heights are counted from [mm].
-            standing: Where the robot's contact points are at the start [mm].
+            standing: Where the robot's contact points are at the start, without a lift [mm].
 
         Raises:
             FileNotFoundError: As `grid`.

@@ -67,9 +67,11 @@ class Physics(Checked):
     damping: Damping = "published"
     """`published`: Rayleigh damping on absolute velocities, with the rotated linear stiffness and
     edge-based element rotations, as in the paper; it resists rotating an inflated leg. `objective`:
-    frame-indifferent damping, only on rates of deformation, with polar rotations."""
+    frame-indifferent stiffness damping, only on rates of deformation, with polar rotations; mass
+    damping takes momentum all the same."""
     mass_damping_per_s: NotNegative = 0.1
-    """Rayleigh mass coefficient alpha [1/s]."""
+    """Rayleigh mass coefficient alpha [1/s]: with either damping all momentum falls as
+    exp(-alpha t)."""
     stiffness_damping_s: NotNegative = 0.1
     """Rayleigh stiffness coefficient beta [s]."""
     gravity_mm_per_s2: NotNegative = 9800.0
@@ -200,12 +202,13 @@ class Physics(Checked):
         return self.start.pose(points, self.floor_height_mm if self.ground.is_plane else None)
 
     def floor(self, points: np.ndarray) -> Floor:
-        """What a robot stands on; raises as `Ground.floor`.
+        """What a robot stands on; raises as `Ground.floor`. A lift is above it, whatever its shape.
 
         Args:
             points: Its contact points in its own frame, undeformed [mm], (point, 3).
         """
         standing = points if self.start.is_usual else self.start_pose(points).apply(points)
+        standing = standing - [0.0, 0.0, self.start.lift_mm]
         return self.ground.floor(self.floor_height_mm, standing)
 
     @property

@@ -269,19 +269,25 @@ def _origin(problem: _Problem, name: str) -> dict[str, Any]:
     settings, part = problem.settings, problem.part
     walks = name.startswith("walk")
     chosen = _settings_of(settings, name)
+    carried = carried_identity(problem.hub, problem.poses) if walks else None
     return {
         "settings": {"task": name, **settings_to_dict(chosen)},
         "part": ingredients(part),
-        **({"acting": problem.acting.described(), "carried": _carried(problem)} if walks else {}),
+        **({"acting": problem.acting.described(), "carried": carried} if walks else {}),
         **({"rotation": settings.static.rotation} if name == "blocked" else {}),
     }
 
 
-def _carried(problem: _Problem) -> str:
-    """Hash of what carries the legs of walking robots, and where, in hexadecimal."""
-    content = hashlib.sha256(b"rigid" if problem.hub.rigid else b"soft")
-    poses = [array for pose in problem.poses for array in (pose.rotation, pose.translation)]
-    for array in (*problem.hub.identity(), *poses):
+def carried_identity(hub: HubBody, poses: Sequence[Pose]) -> str:
+    """Hash of what carries the legs of walking robots, and where, in hexadecimal.
+
+    Args:
+        hub: Carries them.
+        poses: Places of legs in the robot's frame.
+    """
+    content = hashlib.sha256(b"rigid" if hub.rigid else b"soft")
+    placed = [array for pose in poses for array in (pose.rotation, pose.translation)]
+    for array in (*hub.identity(), *placed):
         content.update(np.ascontiguousarray(array, dtype=float).tobytes())
     return content.hexdigest()
 

@@ -31,11 +31,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, NotNegative, Positive, Share
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
@@ -54,11 +55,17 @@ _SCALE_STATES = 24
 """States that tell scales where none has its stiffness fitted."""
 
 
+NOTHING = "a relative error of 1 is that of no modes, fields or elements at all"
+"""Why tolerances are below 1."""
+Tolerance = Annotated[float, Bounds(above=0.0, below=1.0, why=NOTHING)]
+"""Relative error at which no more is added."""
+
+
 @dataclass(frozen=True)
 class EcswSettings(Checked):
     """Hyperreduction by ECSW: which elements are sampled."""
 
-    hyperreduction_tolerance: Positive = 0.008
+    hyperreduction_tolerance: Tolerance = 0.008
     """Relative residual of the scaled training forces at which no more elements are added. Smaller:
     more exact, more elements, slower steps."""
     element_limit: Count = 220

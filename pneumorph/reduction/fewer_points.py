@@ -79,7 +79,7 @@ def fewer_points(part: ReducedPart, states: np.ndarray, tolerance: float) -> Few
         `ecsw`, whose weights do not tell which points are each other's mirror image.
 
     Raises:
-        ValueError: No state, or the tolerance is not positive.
+        ValueError: No state, or the tolerance is not above 0 and below 1.
     """
     if len(states) == 0:
         raise ValueError("states must hold at least one state that the part goes through, got none")

@@ -16,12 +16,15 @@ from typing import Protocol
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.settings import settings_from_dict
+from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.silicones import silicone_of
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.facing_walls import FacingWalls
+from pneumorph.reduction.index_check import POINT_COUNTS
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.part_file import read_part, write_part
@@ -34,6 +37,8 @@ from pneumorph.reduction.snapshot_range import range_ratio
 SAME_MASS = 1e-3
 """Masses of a reduction and its finite elements that differ by less, relatively, are one that was
 rounded."""
+_SAME_THICKNESS = 1e-6
+"""Thicknesses that differ by less, relatively, are one that was rounded."""
 CAVITY_CENTRES = "cavity_centres_mm"
 """Name in a part's metadata of where its cavities are."""
 
@@ -266,15 +271,18 @@ class ReducedPart(ReducedArrays):
         """Refuse finite elements that this reduction does not stand for.
 
         Raises:
-            ArtefactError: The mesh, a material, the relaxation or the mass differs.
+            ArtefactError: The mesh, a material, the relaxation, the mass or the number of sheets
+                differs; of a part that knows what it was made of, their thickness or how the mass
+                is shared among nodes.
         """
         self.check_mesh(model.mesh)
+        self._check_sheets(model)
         sheets = [membrane.material for membrane in model.membranes]
         for kind, material, other in zip(
             ("tetrahedron", "membrane"),
             (self.tetrahedron_material, self.membrane_material),
             (model.material, *sheets),
-            strict=False,
+            strict=False,  # without a sheet its material has no meaning
         ):
             if material != other:
                 raise ArtefactError(
@@ -292,6 +300,38 @@ class ReducedPart(ReducedArrays):
             raise ArtefactError(
                 f"this reduction's solid relaxes by {self.relaxation}, got {series}; reduce the "
                 "part again"
+            )
+
+    def _check_sheets(self, model: PartModel) -> None:
+        """Refuse other sheets, and masses that are shared otherwise.
+
+        Raises:
+            ArtefactError: They are.
+        """
+        seen = len(self.membrane_rest) + len(self.stretch_1)
+        own = int(self.metadata.get(POINT_COUNTS, {}).get("membrane", seen) > 0)
+        if len(model.membranes) != own:
+            raise ArtefactError(
+                f"this reduction has {own} sheets, got finite elements of {len(model.membranes)}; "
+                "reduce the part again"
+            )
+        recorded = self.metadata.get("materials")
+        if recorded is None:
+            return
+        made_of = settings_from_dict(LegMaterials, recorded)
+        thickness_mm = made_of.sheet_thickness_mm * self.metadata.get("size_factor", 1.0)
+        for sheet in model.membranes:
+            if not math.isclose(sheet.thickness_mm, thickness_mm, rel_tol=_SAME_THICKNESS):
+                raise ArtefactError(
+                    f"this reduction's sheet is {thickness_mm:g} mm thick, got finite elements "
+                    f"with one of {sheet.thickness_mm:g} mm; say how thick it is "
+                    "(materials.sheet_thickness_mm), or reduce the part again"
+                )
+        if isinstance(model.mass_lumping, str) and model.mass_lumping != made_of.mass_lumping:
+            raise ArtefactError(
+                f"this reduction's mass is shared by {made_of.mass_lumping!r} lumping "
+                f"(materials.mass_lumping), got finite elements with {model.mass_lumping!r}; "
+                "reduce the part again"
             )
 
     def save(self, path: Path | str) -> Path:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
-from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, Share
 from pneumorph.physics.physics import Rotation
-from pneumorph.reduction.ecsw import EcswSettings
+from pneumorph.reduction.ecsw import NOTHING, EcswSettings, Tolerance
 
 STRESS_LIMIT = 32
 """Stretches of a sheet that the engine takes, `kMaximumStretches`."""
@@ -21,13 +21,13 @@ class ReductionSettings(Checked):
     """Inner product of the POD. `energy`: mean stiffness over the snapshots. `shape`: stiffness
     against changes of the solid's shape alone, if pressure and stress fields represent volumes and
     a stiff membrane. `mass`: the mass matrix."""
-    mode_tolerance: Positive = 0.0032
+    mode_tolerance: Tolerance = 0.0032
     """Relative projection error of the snapshots at which no more modes are added. Smaller: more
     exact, more modes, slower steps."""
     mode_limit: Count = 24
     """Largest number of modes, whatever the tolerance asks for. The cost of a step grows with its
     square; the batched simulator takes up to 40."""
-    pressure_tolerance: Positive = 0.01
+    pressure_tolerance: Tolerance = 0.01
     """For a nearly incompressible leg: relative error of the snapshots' volume changes at which no
     more pressure fields are added."""
     pressure_limit: Count = 8
@@ -57,7 +57,7 @@ class ReductionSettings(Checked):
     """Let contact points give way beyond the modes, by their residual flexibility at rest. Reduced
     robots then follow finite elements more closely while legs slip, for the same modes. Only for
     legs that are held rigidly."""
-    curve_tolerance: NotNegative = 0.0
+    curve_tolerance: Annotated[float, Bounds(least=0.0, below=1.0, why=NOTHING)] = 0.0
     """Relative projection error to which free bends and blocked tips are represented before modes
     are spent on other snapshots; 0: only their shares count."""
     rotation: Rotation = "edge"

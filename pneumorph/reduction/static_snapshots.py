@@ -14,7 +14,12 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
+from pneumorph.fem.static import (
+    StaticSettings,
+    raised_equilibrium,
+    rising_equilibria,
+    static_equilibrium,
+)
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.region_names import current_name
 from pneumorph.physics.physics import Rotation
@@ -104,6 +109,8 @@ def load_snapshots(
 ) -> Snapshots:
     """Equilibria under gravity, pressure and one random contact-like force each.
 
+    One that is not found at once is sought again from rest, force and pressure rising together.
+
     Args:
         part: The part, held at its attachment nodes.
         settings: Ranges.
@@ -154,6 +161,15 @@ def load_snapshots(
             rotation=settings.rotation,
             settings=_SOLVER,
         )
+        if not result.converged:
+            result = raised_equilibrium(
+                inflated,
+                pressure,
+                held,
+                external,
+                rotation=settings.rotation,
+                settings=_SOLVER,
+            )
         if result.converged:
             states.append(result.positions - part.rest_nodes)
             pressures.append(pressure)

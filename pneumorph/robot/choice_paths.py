@@ -143,10 +143,12 @@ class WeighedPaths:
     def _reached(self) -> list[np.ndarray]:
         """Probability of each node before each place."""
         found: list[np.ndarray] = [np.ones(1)]
-        for table, chosen in zip(self.paths.following, self._chosen, strict=True):
+        tables = self.paths.following
+        # The last nodes of a layer may be such as nothing leads to.
+        for table, after, chosen in zip(tables, tables[1:], self._chosen, strict=False):
             flow = found[-1][:, None] * chosen
             allowed = table != NONE
-            found.append(np.bincount(table[allowed], flow[allowed]))
+            found.append(np.bincount(table[allowed], flow[allowed], minlength=len(after)))
         return found
 
     @cached_property

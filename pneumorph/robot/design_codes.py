@@ -16,7 +16,7 @@ class DesignCodes:
     """A number for each choice of an option at each location, in mixed radix: the last location's
     option counts by one, each other's by the product of the option counts after it.
 
-    The numbers rise with the order of designs; many of them are of choices that break a rule.
+    The numbers rise in the order of `DesignSpace.designs`; many are of choices that break a rule.
     """
 
     def __init__(self, options: Sequence[Sequence[Fitting | None]]) -> None:
@@ -46,7 +46,10 @@ class DesignCodes:
         return np.array(values[1:])
 
     def options(self, design: Design) -> tuple[int, ...] | None:
-        """Number of the option at each location; None where a location has another."""
+        """Number of the option at each location; None where a location has another, and of a design
+        of more or fewer locations."""
+        if design.location_count != len(self._place):
+            return None
         chosen = {each.location: each for each in design.fittings}
         found = [place.get(chosen.get(at), -1) for at, place in enumerate(self._place)]
         return None if -1 in found else tuple(found)

@@ -60,7 +60,8 @@ class DesignSpace(DesignChoices):
 
     @cached_property
     def designs(self) -> tuple[Design, ...]:
-        """Every design, in lexicographic order of the assignment.
+        """Every design, ordered by what the first location carries, then by what the second does,
+        and so on: no leg comes first, then legs by their regulators, then by their kind.
 
         Raises:
             ValueError: There is none, or there are more than `DESIGN_LIMIT`.
@@ -84,13 +85,15 @@ class DesignSpace(DesignChoices):
 
     @cached_property
     def first(self) -> Design:
-        """The first design in order.
+        """The first of `designs`; where they are not listed, the design that stands for the first
+        choice.
 
         Raises:
             ValueError: There is none.
         """
-        # Nothing comes before the first path, so it stands for its class.
-        return self.designs[0] if self.is_listed else self.of_options(next(iter(self.paths)))
+        if self.is_listed:
+            return self.designs[0]
+        return self.form(self.of_options(next(iter(self.paths))))[0]
 
     def some(self, count: int) -> list[Design]:
         """A number of designs, always the same: the first ones, again and again where there are

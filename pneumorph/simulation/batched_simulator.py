@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import fields
 from enum import IntEnum
 from typing import Any
@@ -30,6 +30,8 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 
 STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "integration")
 """What the stepper's time is spent on, in the order of a step."""
+
+_WHOLE_MODES = 8
 
 _STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
 
@@ -82,7 +84,8 @@ class BatchedSimulator:
         self.set_robots(robots, worlds)
 
     def set_robots(self, robots: Sequence[Robot], worlds: Sequence[World] | None = None) -> None:
-        """Replace all robots; every one starts from rest. A refused call changes nothing.
+        """Replace all robots; every one starts from rest. A refused call changes nothing, and what
+        was simulated before makes no difference.
 
         Friction, slope, ground, air, damping and the factors on moduli and masses are each robot's
         own, without a copy of its parts or of a ground: (44) of docs/physics.md. A world's lag,
@@ -104,15 +107,10 @@ class BatchedSimulator:
             )
         of_world = {world: world.applied_to(self.physics) for world in set(worlds or ())}
         physics = [of_world[world] for world in worlds] if worlds else [self.physics] * len(robots)
-        known = {id(part): index for index, part in enumerate(self._parts)}
-        fresh: list[ReducedPart] = []
+        used = {id(mount.part): mount.part for robot in robots for mount in robot.mounts}
         hubs: dict[int, tuple[int, Hub]] = {}
         for robot in robots:
             hubs.setdefault(id(robot.hub), (len(hubs), robot.hub))
-            for mount in robot.mounts:
-                if id(mount.part) not in known:
-                    known[id(mount.part)] = len(known)
-                    fresh.append(mount.part)
         frictions = [
             contact_friction(robot, own) for robot, own in zip(robots, physics, strict=True)
         ]
@@ -123,14 +121,20 @@ class BatchedSimulator:
             own.start_pose(robot.standing_points) if not own.start.is_usual else None
             for robot, own in zip(robots, physics, strict=True)
         ]
-        batch, parts = self._batch, [*self._parts, *fresh]
-        if fresh or batch is None:
+        batch, parts = self._batch, self._parts
+        if (
+            batch is None
+            or not used.keys() <= {id(part) for part in parts}
+            or batch.padded_modes != _padded(used.values())
+        ):
+            parts = list(used.values())
             batch = _engine.Batch(
                 [part_arrays(part, self.physics) for part in parts],
                 engine_settings(self.physics, self.stepper),
                 self.stepper.element_precision == "single",
                 self.stepper.instruction_set,
             )
+        number_of = {id(part): number for number, part in enumerate(parts)}
         batch.set_robots(
             [
                 (hub.mass, hub.first_moment, hub.second_moment, hub.contact_points)
@@ -141,7 +145,7 @@ class BatchedSimulator:
                     hubs[id(robot.hub)][0],
                     [
                         (
-                            known[id(mount.part)],
+                            number_of[id(mount.part)],
                             np.ascontiguousarray(mount.pose.rotation, dtype=float),
                             np.ascontiguousarray(mount.pose.translation, dtype=float),
                             list(mount.regulators),
@@ -301,11 +305,13 @@ class BatchedSimulator:
         return ReducedState(**values, memory=self.memory(robot))
 
     def set_state(self, robot: int, state: ReducedState) -> None:
-        """Let one robot go on from a state.
+        """Let one robot go on from a state, also one whose simulation failed.
 
         Raises:
             ValueError: The state is of another robot, precision or instruction set.
         """
+        if self.status[robot] != RobotStatus.RUNNING:
+            self._batch.reset(robot)
         for name in _STATE:
             self.write(robot, name, getattr(state, name))
         self.set_memory(robot, state.memory)
@@ -375,3 +381,9 @@ class BatchedSimulator:
     def instruction_set(self) -> str:
         """Which build of the stepper runs."""
         return str(self._batch.instruction_set)
+
+
+def _padded(parts: Collection[ReducedPart]) -> int:
+    """Modes that the engine gives every leg of a batch of parts: whole eights."""
+    most = max((part.mode_count for part in parts), default=1)
+    return -(-most // _WHOLE_MODES) * _WHOLE_MODES

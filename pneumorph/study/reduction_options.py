@@ -22,7 +22,7 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.fem.material import LegMaterials
+from pneumorph.fem.material import YEOH_RATIOS, LegMaterials
 from pneumorph.fem.silicones import silicone
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.collect import SnapshotSettings
@@ -65,8 +65,8 @@ class ReduceOptions(Checked):
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
-        """What another leg, a mesh of one's own, a silicone and a largest pressure bring with them
-        where it is not set.
+        """What another leg, a mesh of one's own, a silicone, a largest pressure and a law bring
+        with them where it is not set.
 
         Raises:
             ValueError: A silicone that is not in the table, or one for a leg that does not relax.
@@ -87,6 +87,7 @@ class ReduceOptions(Checked):
                 another = another or name != "mesh"
                 usual = laid_over(dict(below), brought)
                 brought = laid_over(brought, of_it(value, usual, content))
+        brought = laid_over(brought, _of_law(content))
         weighed = content.get("masses")
         if isinstance(weighed, Mapping) and _is_weighed(weighed) and "densities" not in weighed:
             usual = settings_to_dict(CastDensities())
@@ -157,6 +158,17 @@ def _of_silicone(name: Any, usual: dict[str, Any], content: Mapping[str, Any]) -
     return brought
 
 
+def _of_law(content: Mapping[str, Any]) -> dict[str, Any]:
+    """No constants of Yeoh's law where a material is given another: those are the preset's."""
+    materials = content.get("materials")
+    brought = {}
+    for name in ("silicone", "sheet"):
+        chosen = materials.get(name) if isinstance(materials, Mapping) else None
+        if isinstance(chosen, Mapping) and chosen.get("law", "yeoh") != "yeoh":
+            brought[name] = dict.fromkeys(YEOH_RATIOS, 0.0)
+    return {"materials": brought} if brought else {}
+
+
 def _of_largest_pressure(
     largest_kPa: Any, usual: dict[str, Any], _: Mapping[str, Any]
 ) -> dict[str, Any]:
@@ -212,13 +224,21 @@ def _refuse_locking(options: ReduceOptions) -> None:
     Raises:
         ValueError: The mesh has such.
     """
-    if options.mesh is None or options.materials.silicone.dilatation != "mean":
+    if options.materials.silicone.dilatation != "mean":
         return
-    if Mesh.load(options.mesh).edge_nodes is None:
+    own = options.mesh is not None
+    mesh = Mesh.load(options.mesh) if options.mesh else leg_kind(options.leg).mesh()
+    if mesh.edge_nodes is None:
+        name = f"mesh {options.mesh}" if own else f"the mesh of the {options.leg} leg that ships"
+        remedy = (
+            "make it again with pneumorph mesh --quadratic, or reduce it in the published physics "
+            "with --preset paper"
+            if own
+            else "give such a mesh (--mesh), or leave materials.silicone.dilatation pointwise"
+        )
         raise ValueError(
-            f"mesh {options.mesh} has linear tetrahedra, which lock in silicone that hardly "
-            "changes its volume, expected 10-node ones: make it again with pneumorph mesh "
-            "--quadratic, or reduce it in the published physics with --preset paper"
+            f"{name} has linear tetrahedra, which lock in silicone that hardly changes its "
+            f"volume, expected 10-node ones: {remedy}"
         )
 
 

@@ -278,6 +278,9 @@ def test_single_environment_takes_a_new_design() -> None:
     single = SingleCrawlingEnvironment(DESIGNS[0], viscous_crawler_robot, ViscousCrawler)
     observation, _ = single.reset(options={"design": DESIGNS[1]})
     np.testing.assert_array_equal(observation[12:], DESIGNS[1].one_hot(3))
+    for wrong in ("desing", "designs"):
+        with pytest.raises(ValueError, match=f"reset option '{wrong}' is .*, expected 'design':"):
+            single.reset(options={wrong: DESIGNS[0]})
 
 
 def test_bad_calls_are_refused() -> None:
@@ -301,7 +304,7 @@ def test_bad_calls_are_refused() -> None:
         make([Design.parse("4.1.1.0.0.0.0.0")])
 
 
-@pytest.mark.parametrize("refused_by", ["the design", "the builder", "the simulator"])
+@pytest.mark.parametrize("refused_by", ["the seed", "the design", "the builder", "the simulator"])
 def test_designs_that_are_refused_change_nothing(refused_by: str) -> None:
     """What goes on is the episode of before, in its own physics."""
     wrong = Design.parse("1.1.1" if refused_by == "the design" else "3.0.0.0.3.0.0.3")
@@ -327,8 +330,12 @@ def test_designs_that_are_refused_change_nothing(refused_by: str) -> None:
         each.reset(seed=1)
         each.step(actions[0])
     redrawn.clear()
-    with pytest.raises(ValueError, match="3 locations"):
-        environment.reset(seed=2, options={"designs": [*DESIGNS[:0:-1], wrong]})
+    if refused_by == "the seed":
+        with pytest.raises(gymnasium.error.Error, match="actual value: -1"):
+            environment.reset(seed=-1, options={"designs": DESIGNS[::-1]})
+    else:
+        with pytest.raises(ValueError, match="3 locations"):
+            environment.reset(seed=2, options={"designs": [*DESIGNS[:0:-1], wrong]})
     assert redrawn == []
     assert environment.designs == tuple(DESIGNS)
     for action in actions[1:]:

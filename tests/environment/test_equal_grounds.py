@@ -77,3 +77,22 @@ def test_one_rough_surface_for_all_is_told() -> None:
     assert roughness_note(SPACE, physics, redrawn=True) is None
     assert roughness_note(ALONE, physics, redrawn=False) is None
     assert roughness_note(SPACE, Physics(ground=STEPS), redrawn=False) is None
+
+
+@pytest.mark.parametrize("covered_aside", [0, 8])
+def test_what_lies_beyond_the_nearer_edge_of_a_map_counts(
+    tmp_path: Path, ridge: np.ndarray, covered_aside: int
+) -> None:
+    """Bumps to the left alone: to the right the map ends before it has been as far, and goes on
+    level. Of 10 mm to a pixel so many are there; robots start at the edge where none is."""
+    grey = np.zeros((31 + covered_aside, 41))
+    grey[:20] = ridge[:20, :41]  # rows from +y, 80 mm and more to the left of the start
+    physics = map_of(tmp_path, grey)
+    off_centre = replace(physics.ground.map, centre_y_mm=10.0 * (30 - covered_aside) / 2.0)
+    physics = replace(physics, ground=Ground(map=off_centre))
+    grid = physics.ground.grid()
+    assert grid.y_mm[0] == pytest.approx(-10.0 * covered_aside)
+    assert np.ptp(grid.height(grid.x_mm, np.full(41, 70.0))) < 0.1
+    with pytest.raises(ValueError, match="between the left and the right of where robots start"):
+        check_equal_grounds(SPACE, physics)
+    check_equal_grounds(ALONE, physics)

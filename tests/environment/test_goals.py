@@ -194,6 +194,43 @@ def test_turning_over_is_no_turn_and_what_is_turned_after_it_counts_from_before(
     np.testing.assert_allclose(turned, [expected, expected])
 
 
+class Riser(Turner):
+    """Turns by 3 degrees a step, and lies on its back until step 12, when it faces right."""
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        heading_deg = (-90.0 + 3.0 * (self.steps - 12) + 180.0) % 360.0 - 180.0
+        return np.full(1, np.nan if self.steps < 12 else heading_deg)
+
+
+@pytest.mark.parametrize("backsliding", [0.0, 0.5])
+def test_standing_up_is_no_turn(backsliding: float) -> None:
+    """Of a robot that starts tipped over the turn counts since it first faces anywhere, in every
+    episode; its way counts all along, and none of it is sliding back."""
+    turning = RewardWeights(goal="turn_left", backsliding=backsliding)
+    heading = RewardWeights(goal="heading", heading_deg=90.0, backsliding=backsliding)
+    task = replace(TASK, action_step_count=10, settling_step_count=0)
+    for weights, achieved in ((turning, [0.0, 0.0, 30.0, 30.0]), (heading, [3.0] * 4)):
+        environment = CrawlingEnvironment(
+            [Design.parse("1.0.2.0")],
+            viscous_crawler_robot,
+            Riser,
+            replace(task, reward=weights),
+        )
+        for _ in range(2):
+            environment.reset()
+            turns, faced = [], []
+            for wanted in achieved:
+                _, reward, _, _, info = environment.step(np.zeros((1, 2)))
+                np.testing.assert_allclose(info["achieved"], wanted, atol=1e-9)
+                worth = wanted * weights.counted.cm_per_unit
+                np.testing.assert_allclose(reward, worth, atol=1e-9)
+                turns.append(environment.motion.moved.turn_deg[0])
+                faced.append(environment.motion.before.heading_deg[0])
+            np.testing.assert_allclose(turns, [0.0, 0.0, 30.0, 30.0])
+            np.testing.assert_allclose(faced, [0.0, -66.0, -66.0, -36.0])
+
+
 def test_what_a_walk_achieved_is_measured_along_its_goal() -> None:
     """Of 3 cm forward, 4 cm to the left and 50 degrees turned."""
     walked = (3.0, 4.0, 50.0)

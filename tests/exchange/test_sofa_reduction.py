@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.held_leg import held_leg
+from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg_model
@@ -22,9 +23,12 @@ from pneumorph.exchange.sofa_reduction import (
 )
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.leg_model import leg_model
+from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
+from pneumorph.reduction.pod import mass_orthonormalise
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
 
@@ -180,6 +184,57 @@ def test_the_scene_has_the_mass_and_the_materials_of_its_part(
     text = export_sofa_scene(tmp_path, own, model).read_text()
     assert "youngModulus=464.0" in text
     assert "totalMass=0.042" in text
+    assert "thickness=1.0," in text
+    thick = leg_model(model.mesh, LegMaterials(sheet_thickness_mm=0.3))
+    own = assemble_reduced_part(thick, leg.modes, _cubatures(leg))
+    assert "thickness=0.3," in export_sofa_scene(tmp_path / "thick", own, model).read_text()
+
+
+def _cubatures(part: ReducedPart) -> tuple[Cubature, Cubature]:
+    return (
+        Cubature(part.tetrahedron_index, part.tetrahedron_weight),
+        Cubature(part.membrane_index, part.membrane_weight),
+    )
+
+
+def test_a_part_whose_mass_is_not_even_has_no_scene(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
+    """In the scene's mass its modes are not orthonormal: it would swing at other frequencies."""
+    by_volume = leg_model(model.mesh, LegMaterials(mass_lumping="volume"))
+    flat = mass_orthonormalise(leg.modes.reshape(-1, leg.mode_count), by_volume.node_mass)
+    part = assemble_reduced_part(by_volume, flat.reshape(leg.modes.shape), _cubatures(leg))
+    with pytest.raises(ValueError, match=r"has a UniformMass.* --materials.mass-lumping volume"):
+        export_sofa_scene(tmp_path, part, model)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("names", [("cavity_left", "cavity_right"), ("cavity_left",)])
+def test_a_scene_has_one_cavity_of_whatever_name(names: tuple[str, ...], tmp_path: Path) -> None:
+    mesh = two_chamber_mesh()
+    gone = {"cavity_left", "cavity_right"} - set(names)
+    mesh = replace(
+        mesh, surfaces={name: each for name, each in mesh.surfaces.items() if name not in gone}
+    )
+    model = leg_model(mesh)
+    along = mesh.nodes[:, 0] - mesh.nodes[mesh.node_set("attachment"), 0].mean()
+    modes = mass_orthonormalise(
+        np.einsum("n,ij->nij", along**2, np.eye(3)).reshape(-1, 3), model.node_mass
+    ).reshape(-1, 3, 3)
+    groups = (len(group.connectivity) for group in model.element_groups)
+    part = assemble_reduced_part(
+        model, modes, tuple(Cubature.from_weights(np.ones(count)) for count in groups)
+    )
+    if len(names) == 2:
+        with pytest.raises(ValueError, match="has 2 cavities: cavity_left, cavity_right, expected"):
+            export_sofa_scene(tmp_path, part, model)
+        assert not list(tmp_path.iterdir())
+        return
+    import meshio
+
+    export_sofa_scene(tmp_path, part, model)
+    written = meshio.read(tmp_path / "cavity.stl").cells_dict["triangle"]
+    assert len(written) == len(mesh.surface("cavity_left"))
 
 
 def test_springs_on_the_written_modes_hold_the_leg_as_its_mount_does(

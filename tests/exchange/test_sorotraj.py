@@ -133,6 +133,38 @@ def test_a_held_gait_reads_back_but_for_its_switches(tmp_path: Path) -> None:
             np.testing.assert_array_equal(read.pressure_kPa(time_s), held.pressure_kPa(time_s))
 
 
+@pytest.mark.parametrize("hold_s", [1e-3, 5e-4])
+def test_short_holds_read_back_but_for_half_of_them(hold_s: float, tmp_path: Path) -> None:
+    held = HeldGait.evenly(np.array([[90.0, 0.0], [0.0, 45.0], [10.0, 90.0]]), hold_s)
+    path = write_sorotraj(tmp_path / "gait.yaml", held)
+    for repetitions in (1, 2):
+        read = read_sorotraj(path, repetitions=repetitions)
+        assert read.duration_s == pytest.approx(repetitions * held.duration_s)
+        for number in range(3):
+            # In the first half a command that begins is held, but where a repetition jumps to it.
+            for time_s in (number + 0.25) * hold_s + held.duration_s * np.arange(repetitions):
+                jumps = number == 0 and time_s > held.duration_s
+                at = time_s + (0.25 * hold_s if jumps else 0.0)
+                np.testing.assert_allclose(read.pressure_kPa(at), held.held_kPa[number], atol=1e-6)
+
+
+def test_a_main_part_that_begins_before_zero_is_repeated_whole(tmp_path: Path) -> None:
+    text = """settings: {traj_type: direct}
+config: {setpoints: {main: [[-1, 10], [1, 40], [2, 10]]}}
+"""
+    gait = _read(text, tmp_path, repetitions=2)
+    np.testing.assert_array_equal(gait.time_s, [0.0, 2.0, 3.0, 5.0, 6.0])
+    np.testing.assert_array_equal(gait.waypoint_kPa[:, 0], [10.0, 40.0, 10.0, 40.0, 10.0])
+
+
+@pytest.mark.parametrize("way", ["linear", "none", "None", "~"])
+def test_lines_are_straight_where_nothing_else_is_said(way: str, tmp_path: Path) -> None:
+    text = DIRECT.replace("direct", "interp").replace("config:", f"config:\n  interp_type: {way}")
+    np.testing.assert_array_equal(
+        _read(text, tmp_path).waypoint_kPa, _read(DIRECT, tmp_path).waypoint_kPa
+    )
+
+
 def test_an_interpolated_gait_reads_back_to_the_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     gait = InterpolatedGait(np.arange(8.0) / 3.0, 90.0 * rng.random((8, 3)))
@@ -150,6 +182,8 @@ def test_an_interpolated_gait_reads_back_to_the_bit(tmp_path: Path) -> None:
         ("- 1\n", "is not a sorotraj trajectory"),
         (DIRECT.replace("30", "300"), "expected a finite number from 0 to 90"),
         (DIRECT.replace("direct", "magic"), "traj_type is 'magic'"),
+        (DIRECT.replace("direct", "interp").replace("config:", "config:\n  interp_type: quintic"),
+         "interp_type is 'quintic', expected linear, cubic or none"),
         (DIRECT.replace("[1.0, 30, 20]", "[0.0, 30, 20]"), "expected rising ones"),
         (f"{DIRECT}config: {{}}\n", "'config' stands twice in one table, expected once"),
         (DIRECT.replace("[1.0, 30, 20]", "[.nan, 30, 20]"), "expected rising ones"),

@@ -12,11 +12,15 @@ import pytest
 
 pytest.importorskip("netgen.occ")
 
+from helpers.box_mesh import box_mesh
+
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.fabrication import fabricated_robot
-from pneumorph.fabrication.fabricated_robot import fabricate, file_names
+from pneumorph.fabrication.fabricated_robot import fabricate
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.file_names import file_names
 from pneumorph.fabrication.robot_to_make import HubToMake, LegToMake, RobotToMake
+from pneumorph.fabrication.solid import FabricationError
 from pneumorph.geometry.netgen_mesher import box
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.simple_solids import box_solid
@@ -64,6 +68,7 @@ def test_every_kind_has_its_own_solids_and_lines_of_the_parts_list(
     checked = {"cast_volume_mm3": 1000.0, "mesh_volume_mm3": 1000.0, "undercut_mm3": {}}
     monkeypatch.setattr(fabricated_robot, "make_leg_mould", mould)
     monkeypatch.setattr(fabricated_robot, "check_leg_mould", lambda *_: dict(checked))
+    monkeypatch.setattr(fabricated_robot, "check_leg_sizes", lambda *_: None)
     hub = HubToMake(None, MESH, 1.0, "a box", 8.0, MESH.nodes, 20.0)
     asked = RobotToMake(Design.parse("1.1.1.1.1"), (), legs, hub, "box", "box.toml")
     made = fabricate(asked, FabricationSettings(), RunFolder(tmp_path, "fabricate"))
@@ -92,6 +97,19 @@ def test_every_kind_has_its_own_solids_and_lines_of_the_parts_list(
     assert moulds["mould, long-leg-2_core (long_leg)"] == pytest.approx(3.0)
     assert moulds["mould, leg-2_mould_lower (правая)"] == pytest.approx(5.0)
     assert moulds["mould, short_mould_upper"] == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("bad", ["paddle_leg", "hub"])
+def test_where_a_mesh_cannot_be_made_nothing_is_written(bad: str, tmp_path: Path) -> None:
+    """Two cubes that share an edge alone have no skin."""
+    edge = box_mesh((20.0, 20.0, 10.0), (2, 2, 1), keep=lambda cell: cell[0] == cell[1])
+    meshes = {"paddle_leg": MESH, "hub": MESH, bad: edge}
+    paddle = LegToMake("paddle", None, meshes["paddle_leg"], 1.0, 1)
+    hub = HubToMake(None, meshes["hub"], 1.0, "a box", 8.0, MESH.nodes, 20.0)
+    asked = RobotToMake(Design.parse("1"), (), (paddle,), hub, "box", "box.toml")
+    with pytest.raises(FabricationError, match=f"the mesh of {bad} has no skin .* not watertight"):
+        fabricate(asked, FabricationSettings(), RunFolder(tmp_path, "fabricate"))
+    assert not list(tmp_path.iterdir())
 
 
 MESH = box_solid(20.0, 20.0, 20.0, 0.0)

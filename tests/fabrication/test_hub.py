@@ -19,6 +19,7 @@ from pneumorph.fabrication.hub import make_hub  # noqa: E402
 from pneumorph.fabrication.hub_settings import HubSettings  # noqa: E402
 from pneumorph.fabrication.hub_stiffness import (  # noqa: E402
     HubCheckSettings,
+    _face,
     hub_model,
     hub_stiffness,
     leg_end_compliance,
@@ -38,6 +39,9 @@ from pneumorph.reduction.mount_stiffness import mount_stiffness  # noqa: E402
 
 CARRIED_KG = 0.030 + 8 * 0.0468
 """The heaviest robot: a hub with eight cast legs."""
+SHORT = PneuNetShape(
+    (88.0, 32.0, 4.0), (77.0, 20.0, 9.0), inner_tooth_count=6, connector_mm=(54.0, 2.0, 2.0)
+)
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +78,11 @@ def test_the_hub_carries_legs_without_touching_them(hub: Any) -> None:
         wall = box((-52.5, -9.0, 10.0), (0.2, 18.0, 9.0))
         behind = sum(s.mass for s in (posed(wall, mounting.pose(location)) * hub).solids)
         assert behind == pytest.approx(0.2 * 18.0 * 9.0, rel=1e-6)
+
+
+def test_a_shorter_leg_has_the_same_hub(hub: Any) -> None:
+    """Its end tooth is the same, and comes where that of the paper's leg does."""
+    assert make_hub(leg=SHORT).mass == pytest.approx(hub.mass, rel=1e-8)
 
 
 def test_ribs_and_walls_that_cannot_be_printed_are_refused() -> None:
@@ -147,8 +156,9 @@ def test_the_hub_gives_little_beside_its_legs(hub: Any) -> None:
     Elements of 12 mm find 1.6 %, of 5 mm 2.0, of 3.5 mm 2.2 and of 2.5 mm 2.4 (measured).
     """
     settings = HubCheckSettings(size_mm=12.0)
+    model = hub_model(hub, 0.030, settings)
     found = hub_stiffness(
-        hub_model(hub, 0.030, settings),
+        model,
         paper_leg_model(),
         PneuNetShape(),
         RadialMounting(),
@@ -160,6 +170,10 @@ def test_the_hub_gives_little_beside_its_legs(hub: Any) -> None:
     assert found.largest_force_N == pytest.approx(5.94, abs=0.01)
     assert found.mount_turns_deg < 2.0
     assert found.end_moves_mm < 4.0
+    # A shorter leg pushes against the same face.
+    for mine, usual in zip(*(_face(model, leg, RadialMounting(), 3) for leg in
+                             (SHORT, PneuNetShape())), strict=True):  # fmt: skip
+        np.testing.assert_allclose(mine, usual, rtol=1e-9, atol=1e-12)
 
 
 def test_the_end_of_a_leg_gives_as_a_beam_does() -> None:

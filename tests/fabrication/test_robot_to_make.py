@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers.two_chambers import two_chamber_mesh
 
+from pneumorph.catalogue.paper_robot import paper_robot, ring_of_sites
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub_settings import HubSettings
@@ -18,10 +19,14 @@ from pneumorph.fabrication.robot_to_make import (
     RobotToMake,
     _check_chambers,
     described_robot_to_make,
+    paper_robot_to_make,
 )
 from pneumorph.fabrication.solid import FabricationError
+from pneumorph.geometry.attachment import mount_pose
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.pose import Pose
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
 CHAMBERS = Path(__file__).parent.parent.parent / "examples" / "two_chambers.toml"
@@ -102,3 +107,40 @@ def test_tube_holes_lead_into_chambers_of_legs_of_all_sizes() -> None:
     assert channel_height_mm(usual.scaled(2.0), hub) == 16.0
     with pytest.raises(FabricationError, match="not within its chamber, from 8 to 34 mm"):
         channel_height_mm(usual.scaled(2.0), HubSettings(channel_height_mm=8.0))
+
+
+OF_TEETH = [
+    PneuNetShape((34.0 + 9.0 * n, 32.0, 4.0), (23.0 + 9.0 * n, 20.0, 9.0),
+                 inner_tooth_count=n, connector_mm=(9.0 * n, 2.0, 2.0))
+    for n in (6, 10)
+]  # fmt: skip
+"""Legs of 77 and of 113 mm of teeth."""
+
+
+@pytest.mark.parametrize("leg", [*OF_TEETH, PneuNetShape().scaled(0.9)])
+def test_legs_of_other_sizes_are_built_where_they_are_simulated(leg: PneuNetShape) -> None:
+    """On the paper's robot the face of the end tooth stays where it is."""
+    robot, design = paper_robot("published"), "1.0.0.2.2.0.0.1"
+    seats = paper_robot_to_make(design, FabricationSettings(leg=leg), robot).seats
+    usual = paper_robot_to_make(design, FabricationSettings(), robot).seats
+    face = Pose(np.eye(3), np.array([-0.5 * leg.tooth_base_mm[0], 0.0,
+                                     0.5 * (leg.base_plate_mm[2] + leg.height_mm)]))  # fmt: skip
+    for seat, paper, site in zip(seats, usual, ring_of_sites(RadialMounting(), robot.modules),
+                                 strict=True):  # fmt: skip
+        np.testing.assert_allclose(seat.face_mm, paper.face_mm, atol=1e-9)
+        np.testing.assert_array_equal(paper.pose.translation, site.pose.translation)
+        assert site.face is not None
+        simulated = mount_pose(site.pose.compose(site.face), face)
+        np.testing.assert_allclose(seat.pose.translation, simulated.translation, atol=1e-9)
+        np.testing.assert_allclose(seat.pose.rotation, simulated.rotation, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [6, 12])
+def test_a_ring_of_another_number_of_places_is_refused(count: int) -> None:
+    """Design and tubes would be of one robot, and the hub of another."""
+    settings = FabricationSettings(mounting=RadialMounting(location_count=count))
+    design = ".".join("1" * count)
+    with pytest.raises(ValueError, match=rf"location_count is {count}, expected 8 .* \(--robot\)"):
+        paper_robot_to_make(design, settings, paper_robot("published"))
+    with pytest.raises(ValueError, match=rf"has {count} locations, expected 8 as the hub"):
+        paper_robot_to_make(design, FabricationSettings(), paper_robot("published"))

@@ -14,12 +14,13 @@ occ = pytest.importorskip("netgen.occ")
 
 from pneumorph.base.run_folder import RunFolder  # noqa: E402
 from pneumorph.catalogue.paper_leg import paper_leg_mesh  # noqa: E402
-from pneumorph.fabrication.fabricated_robot import _checked_surface, _made  # noqa: E402
+from pneumorph.fabrication.fabricated_solid import checked_surface, made_solids  # noqa: E402
 from pneumorph.fabrication.fabrication_settings import FabricationSettings  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402
     LegMould,
     MouldSettings,
     check_leg_mould,
+    check_leg_sizes,
     make_leg_mould,
     undercut_mm3,
 )
@@ -58,18 +59,18 @@ def test_a_leg_of_two_chambers_has_one_core_for_both() -> None:
 def test_a_thin_wall_is_told_with_the_flag_that_allows_it(name: str, flag: str) -> None:
     thin = box(np.zeros(3), np.array([10.0, 10.0, 0.4]))
     with pytest.raises(FabricationError, match=rf"0\.40 mm .* by {flag} 0\.36") as error:
-        _checked_surface(name, thin, 0.6, 4.0)
+        checked_surface(name, thin, 0.6, 4.0)
     assert ("hollow hub" in str(error.value)) == (name == "hub")
-    assert _checked_surface(name, thin, 0.36, 4.0)[1] == pytest.approx(0.4)
+    assert checked_surface(name, thin, 0.36, 4.0)[1] == pytest.approx(0.4)
 
 
 def test_where_one_part_cannot_be_made_none_is_written(tmp_path: Path) -> None:
     thick = box(np.zeros(3), np.array([10.0, 10.0, 4.0]))
     folder = RunFolder(tmp_path, "fabricate")
     with pytest.raises(FabricationError, match="hub has a wall of"):
-        _made({"leg": (thick, 1.0), "hub": (thick, 5.0)}, FabricationSettings(), folder)
+        made_solids({"leg": (thick, 1.0), "hub": (thick, 5.0)}, FabricationSettings(), folder)
     assert not list(tmp_path.iterdir())
-    assert set(_made({"leg": (thick, 1.0)}, FabricationSettings(), folder)) == {"leg"}
+    assert set(made_solids({"leg": (thick, 1.0)}, FabricationSettings(), folder)) == {"leg"}
     assert {each.name for each in tmp_path.iterdir()} == {"leg.step", "leg.stl"}
 
 
@@ -101,6 +102,23 @@ def test_the_mould_holds_the_meshed_leg(mould: LegMould) -> None:
 def test_a_mould_of_another_leg_is_refused(mould: LegMould) -> None:
     with pytest.raises(FabricationError, match=r"differ by .* the mesh is of another shape"):
         check_leg_mould(mould, PneuNetShape(), 1.006 * 43072.0)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "why"),
+    [
+        ({"base_plate_mm": (128.0, 28.75, 4.0)}, r"cast has 128, 28\.75, 20, the mesh 115, 32, 20"),
+        ({"chamber_mm": (2.0, 13.0, 14.0)}, "cavities .* has 81, 13, 14, the mesh 81, 14, 13"),
+        ({"connector_mm": (81.0, 2.4, 2.0)}, r"volume of each cavity .* has 3578, the mesh 3528"),
+        ({"base_plate_mm": (115.0, 32.0, 5.0), "tooth_base_mm": (104.0, 20.0, 8.0)},
+         "cavities begin, .* has 17, 9, 5, the mesh 17, 9, 4"),
+    ],
+)  # fmt: skip
+def test_a_leg_of_the_same_volume_and_other_sizes_is_refused(sizes: Any, why: str) -> None:
+    """The first holds as much silicone as the mesh has, to the last digit."""
+    check_leg_sizes(PneuNetShape(), paper_leg_mesh())
+    with pytest.raises(FabricationError, match=f"{why}, expected the same within"):
+        check_leg_sizes(replace(PneuNetShape(), **sizes), paper_leg_mesh())
 
 
 def test_the_halves_meet_and_do_not_overlap(mould: LegMould) -> None:

@@ -222,11 +222,28 @@ def test_what_decides_nothing_is_no_part_of_kept_settings():
     usual = FullOrderSettings().described()
     assert "newton_matrix" not in usual
     assert FullOrderSettings(thread_count=2).described() == usual
-    assert FullOrderSettings(newton_matrix="kept").described() != usual
-    assert "displacement_tolerance_mm" not in usual
-    assert (
-        "displacement_tolerance_mm" in FullOrderSettings(displacement_tolerance_mm=1e-5).described()
-    )
+    kept = FullOrderSettings("implicit_euler", newton_matrix="kept")
+    assert kept.described()["newton_matrix"] == "kept"
+    for settings in (usual, kept.described()):
+        assert "displacement_tolerance_mm" not in settings
+    closer = dataclasses.replace(kept, displacement_tolerance_mm=1e-5)
+    assert closer.described()["displacement_tolerance_mm"] == 1e-5
+
+
+def test_what_is_set_of_newtons_method_where_it_is_not_used_is_no_part_of_kept_settings():
+    """The steps are the same; what earlier versions kept of usual settings is found."""
+    usual = FullOrderSettings()
+    assert (usual.described()["newton_tolerance"], usual.described()["newton_iterations"]) == (
+        1e-8, 30,
+    )  # fmt: skip
+    own = {"newton_tolerance": 1e-5, "newton_iterations": 7, "newton_matrix": "kept"}
+    unused = dataclasses.replace(usual, displacement_tolerance_mm=1e-5, **own)
+    assert unused.described() == usual.described()
+    used = dataclasses.replace(unused, integrator="implicit_euler").described()
+    assert {name: used[name] for name in own} == own
+    assert used["displacement_tolerance_mm"] == 1e-5
+    fresh = FullOrderSettings("implicit_euler", displacement_tolerance_mm=1e-5)
+    assert fresh.described() == FullOrderSettings("implicit_euler").described()
 
 
 def test_points_that_the_floor_presses_may_be_held(leg, monkeypatch):

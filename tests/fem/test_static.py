@@ -9,7 +9,12 @@ from helpers.synthetic_part import synthetic_part
 from pneumorph.fem import static
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import StaticResult, StaticSettings, static_equilibrium
+from pneumorph.fem.static import (
+    StaticResult,
+    StaticSettings,
+    raised_equilibrium,
+    static_equilibrium,
+)
 from pneumorph.geometry.quadratic import quadratic_mesh
 
 
@@ -115,3 +120,51 @@ def test_without_a_load_what_is_unbalanced_is_told_in_millinewtons():
     left = np.linalg.norm(leg.internal_force(found.positions)[free])
     assert found.converged
     assert found.relative_residual == pytest.approx(left, rel=1e-9)
+
+
+def test_a_load_that_fails_at_once_is_raised_in_parts(monkeypatch):
+    """Steps of pressure and force are halved together where they fail, down to the smallest."""
+    part, tried = small_leg(), []
+    force = np.zeros_like(part.rest_nodes)
+    force[-1, 2] = 8.0
+
+    def steps_of(limit):
+        def newton(_part, x, keeping, target, before, external, *_):
+            assert external[-1, 2] == pytest.approx(8.0 / 16.0 * target)
+            tried.append(target)
+            borne = target - before <= limit
+            return StaticResult(x + (1.0 if borne else 5.0), borne, 0.0, 1, target)
+
+        return newton
+
+    def found(limit):
+        monkeypatch.setattr(static, "_newton", steps_of(limit))
+        settings = StaticSettings(halving_limit=2)
+        return raised_equilibrium(
+            part, 16.0, part.mesh.node_set("attachment"), force, settings=settings
+        )
+
+    whole = found(4.0)
+    assert (whole.converged, whole.iterations, whole.pressure_kPa) == (True, 5, 16.0)
+    assert tried == [8.0, 4.0, 8.0, 12.0, 16.0]
+    assert whole.positions == pytest.approx(part.rest_nodes + 4.0)
+    tried.clear()
+    none = found(3.0)
+    assert (none.converged, none.pressure_kPa, tried) == (False, 0.0, [8.0, 4.0])
+    np.testing.assert_array_equal(none.positions, part.rest_nodes)
+
+
+def test_a_raised_load_has_the_equilibrium_of_one_that_is_found_at_once():
+    """To the tolerance: a gentle load, of whose path nothing depends."""
+    part = small_leg()
+    held = part.mesh.node_set("attachment")
+    force = np.zeros_like(part.rest_nodes)
+    force[part.mesh.node_set("right"), 2] = 0.5
+    once = static_equilibrium(part, 2.0, held, external_force=force, rotation="polar")
+    raised = raised_equilibrium(part, 2.0, held, force, rotation="polar")
+    assert once.converged
+    assert raised.converged
+    assert raised.pressure_kPa == 2.0
+    moved = np.abs(once.positions - part.rest_nodes).max()
+    assert moved > 0.05
+    np.testing.assert_allclose(raised.positions, once.positions, atol=1e-5 * moved)

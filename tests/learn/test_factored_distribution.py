@@ -300,3 +300,22 @@ def test_designs_that_failed_are_candidates_after_all_others() -> None:
         assert len(set(found.tolist())) == 8
         assert failing[found].all() == failing.all()
         assert failing[found].any() == failing.all()
+
+
+def test_sites_that_must_carry_a_leg_may_come_last() -> None:
+    """Behind sites that may carry none, where some ways lead to too many legs: what is believed of
+    it after a round is what it is of a list."""
+    options = ("* b*", *("0 * b*",) * 3, "* b*")
+    space = DesignSpace(5, 2, 2, 4, options=options)
+    every = np.arange(len(space))
+    distribution = FactoredDistribution(space, SCHEDULE)
+    assert distribution.entropy == pytest.approx(np.log(len(space)), rel=1e-12)
+    scores = scores_of(space, every)
+    distribution.take_round(every, scores, np.zeros(len(every), dtype=bool))
+    distribution.follow_schedule(50)
+    logarithms = distribution.weighed.log_probability(space.options_of(every))
+    probability = np.exp(logarithms)
+    assert distribution.entropy == pytest.approx(-probability @ logarithms, rel=1e-12)
+    assert distribution.said()["expected_score_cm"] == pytest.approx(
+        probability @ distribution.scores_cm(every), rel=1e-9
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 from helpers.synthetic_part import synthetic_part, synthetic_reduced_part, vibration_modes
 
 from pneumorph.base.artefact import ArtefactError, save_artefact
-from pneumorph.fem.material import Material
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.fem.material import LegMaterials, MassLumping, Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.errors import force_errors
@@ -266,3 +268,40 @@ def test_finite_elements_of_another_mass_are_refused():
             continue
         with pytest.raises(ArtefactError, match="weighs 105 g, got finite elements of 47 g"):
             part.check_model(model)
+
+
+def model_like(full: PartModel, membranes: Sequence[Membrane], lumping: MassLumping) -> PartModel:
+    """The same finite elements with other sheets, or a mass shared otherwise."""
+    return PartModel(full.mesh, full.material, full.mass_kg, membranes, "cavity", lumping)
+
+
+def test_finite_elements_of_another_number_of_sheets_are_refused():
+    full = synthetic_part((4, 4, 4))
+    (sheet,) = full.membranes
+    part = synthetic_reduced_part(mode_count=2, cells=(4, 4, 4))
+    two = (sheet, dataclasses.replace(sheet, surface="skin"))
+    for membranes in ((), two):
+        with pytest.raises(ArtefactError, match=rf"has 1 sheets, got .* of {len(membranes)}"):
+            part.check_model(model_like(full, membranes, "even"))
+    bare = model_like(full, (), "even")
+    without = assemble_reduced_part(bare, vibration_modes(bare, 2))
+    without.check_model(bare)
+    with pytest.raises(ArtefactError, match="has 0 sheets, got finite elements of 1"):
+        without.check_model(full)
+
+
+def test_finite_elements_of_another_thickness_or_lumping_are_refused_where_they_are_known():
+    """In the size in which the part is: one twice as large has a sheet twice as thick."""
+    full = synthetic_part((4, 4, 4))
+    thick = [dataclasses.replace(full.membranes[0], thickness_mm=2.0)]
+    part = synthetic_reduced_part(mode_count=2, cells=(4, 4, 4))
+    part.check_model(model_like(full, thick, "volume"))  # it does not know
+    said = {"materials": settings_to_dict(LegMaterials())}
+    knowing = dataclasses.replace(part, metadata={**part.metadata, **said})
+    knowing.check_model(full)
+    with pytest.raises(ArtefactError, match=r"is 1 mm thick, got .* of 2 mm"):
+        knowing.check_model(model_like(full, thick, "even"))
+    with pytest.raises(ArtefactError, match=r"shared by 'even' lumping .* with 'volume'"):
+        knowing.check_model(model_like(full, full.membranes, "volume"))
+    larger = dataclasses.replace(knowing, metadata={**knowing.metadata, "size_factor": 2.0})
+    larger.check_model(model_like(full, thick, "even"))

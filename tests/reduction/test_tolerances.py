@@ -10,6 +10,7 @@ from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
 from pneumorph.reduction.errors import force_errors
 from pneumorph.reduction.pod import pod
+from pneumorph.reduction.reduction_settings import ReductionSettings
 
 PART = synthetic_part((6, 4, 4))
 
@@ -29,6 +30,17 @@ def test_mode_tolerance_is_the_share_of_the_singular_values_left_out(tolerance):
     assert count == int(np.argmax(left <= tolerance))  # the fewest that meet it
     assert basis.projection_error == pytest.approx(left[count], rel=1e-6)
     assert left[count] <= tolerance < left[count - 1]
+
+
+@pytest.mark.parametrize(
+    "name", ["mode_tolerance", "pressure_tolerance", "curve_tolerance", "hyperreduction_tolerance"]
+)
+def test_a_tolerance_that_nothing_at_all_meets_is_refused(name):
+    settings = EcswSettings if name == "hyperreduction_tolerance" else ReductionSettings
+    settings(**{name: 0.999})
+    for wrong in (1.0, 1.5):
+        with pytest.raises(ValueError, match=rf"{name} must be .*below 1, got {wrong}; a relative"):
+            settings(**{name: wrong})
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.001])

@@ -24,13 +24,21 @@ LARGE = DesignSpace(
 """Ten thousand million designs."""
 
 
-def weighed(seed: int = 0) -> tuple[WeighedPaths, np.ndarray, np.ndarray]:
+OBLIGATORY = DesignSpace(
+    location_count=6, regulator_count=3, maximum_legs=4, options=("0 *",) * 5 + ("*",)
+)
+"""Of the last site's ways some lead to too many legs: nothing leads to the last of its nodes."""
+
+
+def weighed(
+    seed: int = 0, space: DesignSpace = SPACE
+) -> tuple[WeighedPaths, np.ndarray, np.ndarray]:
     """Random weights, each path, and its probability by listing all."""
     rng = np.random.default_rng(seed)
-    weights = [rng.normal(0.0, 1.5, count) for count in SPACE.paths.option_counts]
-    paths = np.array(list(SPACE.paths))
+    weights = [rng.normal(0.0, 1.5, count) for count in space.paths.option_counts]
+    paths = np.array(list(space.paths))
     sums = sum(weight[column] for weight, column in zip(weights, paths.T, strict=True))
-    return WeighedPaths(SPACE.paths, weights), paths, np.exp(sums)
+    return WeighedPaths(space.paths, weights), paths, np.exp(sums)
 
 
 @pytest.mark.parametrize(("legs", "kinds"), [((0, 12), 1), ((3, 8), 3), ((5, 5), 26)])
@@ -63,9 +71,10 @@ def test_paths_are_what_the_rules_allow() -> None:
     assert [options for options in every if SPACE.paths.allows(options)] == wanted
 
 
-def test_weights_entropy_and_gradient_are_those_of_the_list() -> None:
+@pytest.mark.parametrize("space", [SPACE, OBLIGATORY])
+def test_weights_entropy_and_gradient_are_those_of_the_list(space: DesignSpace) -> None:
     """Equal but for rounding; marginals are the gradient of the logarithm of the total."""
-    found, paths, weights = weighed()
+    found, paths, weights = weighed(space=space)
     probability = weights / weights.sum()
     assert found.log_total == pytest.approx(np.log(weights.sum()), rel=1e-12)
     np.testing.assert_allclose(found.log_probability(paths), np.log(probability), atol=1e-12)
@@ -183,3 +192,26 @@ def test_images_are_the_same_whether_designs_are_listed_or_not(
 def test_choices_that_no_number_can_tell_apart_are_refused() -> None:
     with pytest.raises(ValueError, match=r"combined in .* ways, expected at most"):
         DesignSpace(30, 5, 3, 30, options=("0 * b* c*",) * 30).drawn(1, np.random.default_rng(0))
+
+
+def test_designs_of_other_hubs_are_of_no_space() -> None:
+    """Listed or not; they have legs where the space allows them, and too many or too few sites."""
+    for space in (DesignSpace(), LARGE):
+        for text in ("1.1.1", "1.1.1" + 10 * ".0"):
+            design = Design.parse(text)
+            assert not space.holds(design)
+            assert design not in space
+        assert space.holds(space.first)
+
+
+def test_the_first_of_designs_that_are_not_listed_stands_for_its_class(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Choices are counted by what their first sites carry, and a turn may bring a lesser design."""
+    monkeypatch.setattr("pneumorph.robot.design_space.DESIGN_LIMIT", 100)
+    space = DesignSpace(
+        4, 3, 2, 4, options=("*+* b*",) * 4, minimum_regulators=2, symmetries=("1 2 3 0",)
+    )
+    assert not space.is_listed
+    assert space.form(space.first)[0] == space.first
+    assert space.first in space

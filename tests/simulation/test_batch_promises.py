@@ -48,6 +48,22 @@ def test_a_diverging_robot_stops_alone_and_stays_finite():
     assert simulator.status[1] == RobotStatus.RUNNING
 
 
+def test_a_robot_that_failed_goes_on_from_a_state_as_any_other():
+    """To the bit, as one that never failed."""
+    robots = crawlers()
+    sound, failed = (BatchedSimulator(robots, PHYSICS, STEPPER, 1) for _ in range(2))
+    sound.advance(np.tile(GAIT[0], (3, 1)), 20)
+    failed.write(1, "velocity", np.array([0.0, 0.0, 1e9]))
+    failed.advance(np.tile(GAIT[0], (3, 1)), 20)
+    assert failed.status[1] == RobotStatus.DIVERGED
+    failed.set_state(1, sound.state(1))
+    assert failed.status[1] == RobotStatus.RUNNING
+    for simulator in (sound, failed):
+        simulator.advance(np.tile(GAIT[1], (3, 1)), 20)
+    for name in ("position", "rotation", "modes", "impulses"):
+        assert np.array_equal(failed.read(name)[1], sound.read(name)[1])
+
+
 def test_inactive_robots_stand_still():
     simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
     simulator.advance(np.full((3, 2), 5.0), 10, active=np.array([True, False, True]))

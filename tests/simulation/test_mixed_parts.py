@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
@@ -9,6 +13,7 @@ from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Hub, Mount, Robot
+from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.stepper_settings import StepperSettings
 
@@ -61,3 +66,29 @@ def test_the_order_of_unlike_legs_does_not_matter():
     # Elimination in another order: rounding, over 40 steps.
     assert states[0][0] == pytest.approx(states[1][0], abs=1e-8)
     assert states[0][1] == pytest.approx(states[1][1], abs=1e-8)
+
+
+def test_robots_of_before_do_not_change_those_of_after():
+    """A batch that held legs of more modes walks those of fewer to the bits of one that never did,
+    and keeps no part of before."""
+    light = Hub(0.075, np.zeros(3), 30.0 * np.eye(3), np.zeros(3))
+
+    def robot(part):
+        return Robot(light, tuple(Mount(part, pose, (0,)) for pose in POSES))
+
+    def walked(simulator):
+        simulator.advance(np.tile([12.0, 20.0], (1, 1)), 40)
+        return simulator
+
+    alone = walked(BatchedSimulator([robot(EIGHT)], PHYSICS, STEPPER, 1))
+    larger = replace(SIXTEEN)
+    kept = weakref.ref(larger)
+    after = BatchedSimulator([robot(larger)], PHYSICS, STEPPER, 1)
+    del larger
+    after.set_robots([robot(EIGHT)])
+    gc.collect()
+    assert kept() is None
+    walked(after)
+    for name in ("position", "rotation", "modes", "mode_rates"):
+        assert np.array_equal(after.read(name), alone.read(name))
+    after.set_state(0, alone.state(0))

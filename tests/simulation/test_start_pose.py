@@ -105,7 +105,7 @@ def test_every_reset_puts_them_back() -> None:
     "start", [StartPose(roll_deg=180.0), StartPose(pitch_deg=70.0, lift_mm=5.0)]
 )
 def test_a_turned_robot_starts_where_it_touches_a_level_floor(start: StartPose) -> None:
-    """Whatever its legs; a lift is above that. On other grounds these are put below it."""
+    """Whatever its legs; a lift is above that. Other grounds are put below it, as deep."""
     physics = replace(PHYSICS, start=start)
     simulator = BatchedSimulator(crawlers(), physics)
     heights = []
@@ -116,10 +116,14 @@ def test_a_turned_robot_starts_where_it_touches_a_level_floor(start: StartPose) 
     robot = small_robot(replace(SMALL, start=start))
     points = np.concatenate(robot.contact_positions(robot.initial_state()))
     assert robot.floor.gap(points).min() == pytest.approx(start.lift_mm, abs=1e-9)
-    uneven = replace(physics, ground=Ground(steps=Steps(rise_mm=4.0)))
+    steps = Ground(steps=Steps(rise_mm=4.0, start_mm=400.0))  # beyond its legs: level below it
+    uneven = replace(physics, ground=steps)
     points = crawlers()[0].standing_points
     gaps = uneven.floor(points).gap(uneven.start_pose(points).apply(points))
-    assert gaps.min() == pytest.approx(0.0, abs=1e-9)
+    assert gaps.min() == pytest.approx(start.lift_mm, abs=1e-9)
+    robot = small_robot(replace(SMALL, start=start, ground=steps))
+    points = np.concatenate(robot.contact_positions(robot.initial_state()))
+    assert robot.floor.gap(points).min() == pytest.approx(start.lift_mm, abs=1e-9)
 
 
 @pytest.mark.parametrize(
