@@ -125,11 +125,11 @@ class LoggedPressures:
     @property
     def driven_s(self) -> float:
         """Until when the gait is known to have been commanded [s]: the run may have been stopped,
-        or the log been cut off. Infinity where fewer than two samples tell."""
+        or the log been cut off. Of a single sample its time, 0 without one."""
         if self.stopped is not None:
             return self.stopped[0]
         if len(self.time_s) < 2:
-            return np.inf
+            return float(self.time_s.sum())
         return float(self.time_s[-1] + np.median(np.diff(self.time_s)))
 
 

@@ -29,6 +29,10 @@ def fit_line(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> LineFit:
 
     The standard errors are s / sqrt(Sxx) and s sqrt(1/n + mean(x)^2 / Sxx) with
     s^2 = sum r^2 / (n - 2) (Draper and Smith, Applied Regression Analysis, 1998, section 1.4).
+    Where points repeat, r is what the means at the m places are off, each counted as often as it
+    has points, with m - 2 degrees of freedom (the mean square of the lack of fit, section 2.1):
+    what the line itself lacks there is the same in all repeats, which know no more of it. Of two
+    places, whose means no line misses, the points count.
 
     Args:
         x: Abscissae, (point,).
@@ -51,8 +55,13 @@ def fit_line(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> LineFit:
     intercept = float(np.mean(y)) - slope * mean
     residual = y - slope * x - intercept
     square_sum = float(residual @ residual)
-    scatter = np.sqrt(square_sum / (count - 2))
-    reach = float(student.ppf(0.5 + 0.5 * confidence, count - 2))
+    freedom, missed = count - 2, square_sum
+    places, of = np.unique(x, return_inverse=True)
+    if 3 <= len(places) < count:
+        freedom = len(places) - 2
+        missed = float(np.sum(np.bincount(of, residual) ** 2 / np.bincount(of)))
+    scatter = np.sqrt(missed / freedom)
+    reach = float(student.ppf(0.5 + 0.5 * confidence, freedom))
     slope_error = reach * scatter / np.sqrt(spread)
     intercept_error = reach * scatter * np.sqrt(1.0 / count + mean**2 / spread)
     total = float(np.sum((y - np.mean(y)) ** 2))

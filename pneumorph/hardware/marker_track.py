@@ -3,7 +3,7 @@
 Four formats are told apart by their header:
 
 - ours: ``time_s,x_mm,y_mm`` (units of the header, see `measured_table`), with ``turned_deg`` where
-  it is known how far the robot has turned to the left;
+  it is known how far the robot has turned to the left; empty where the marker was not seen;
 - Tracker (Open Source Physics): a line with the mass's name, then ``t,x,y``;
 - DeepLabCut: three header rows ``scorer``, ``bodyparts``, ``coords`` with x, y, likelihood;
 - SLEAP: ``track,frame_idx,instance.score,NODE.x,NODE.y,NODE.score``.
@@ -32,12 +32,20 @@ from pneumorph.hardware.measured_table import (
     decimal_comma_note,
     delimiter_of,
     read_measured_table,
+    refuse_longer,
 )
 
 LOST_S = 0.5
 LOST_POINTS = 5.0
 """A marker that was not seen for longer, and for so many times the usual distance of points, was
 lost: where it was meanwhile is not the straight line between."""
+
+SWAPPED_DEG = 90.0
+"""Two markers that seem to turn by more from one frame to the next within `LOST_S` have changed
+places in one of them: no robot that crawls turns so fast."""
+
+USUAL_FRAMES_PER_SECOND = 30.0
+"""Of a video whose frame rate nobody gave [1/s]."""
 
 _FOR_ALL_TRACKS = ("--start-s", "--heading-deg")
 """What `VideoSettings` tell of tracks that name their units."""
@@ -51,15 +59,16 @@ class VideoSettings(Checked):
 
     units_per_mm: Positive = 1.0
     """Pixels (or the tracker's units) per millimetre, of a table that does not name its units."""
-    frames_per_second: Positive = 30.0
-    """Frame rate of the video, for a table that counts frames [1/s]."""
+    frames_per_second: Positive | None = None
+    """Frame rate of the video, for a table that counts frames [1/s]; None: 30, with a note."""
     start_s: float = 0.0
     """Time in the video at which the gait starts [s]."""
     heading_deg: float = 0.0
     """Direction that is forward, in which a robot faces at the start unless `--physics.start` turns
     it, counter-clockwise from the picture's x axis [degrees]."""
-    y_down: bool = True
-    """Whether the picture's y axis points down, as in pixels; in Tracker's tables it points up."""
+    y_down: bool | None = None
+    """Whether the picture's y axis points down; None: it does in DeepLabCut's and SLEAP's tables,
+    which are in pixels, and points up in Tracker's."""
     marker: str = ""
     """Name of the body part or node to follow (DeepLabCut, SLEAP); empty: the first in the
     table."""
@@ -69,6 +78,11 @@ class VideoSettings(Checked):
     own format."""
     least_likelihood: float = 0.6
     """Points that the tracker rates less likely than this, 0 to 1, are left out."""
+
+    @property
+    def frame_rate(self) -> float:
+        """Frames of the video each second, given or usual [1/s]."""
+        return self.frames_per_second or USUAL_FRAMES_PER_SECOND
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +170,14 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
     try:
         if _says_its_units(head):
             turned = {"turned": "deg"} if any(name.startswith("turned_") for name in head) else {}
-            table = read_measured_table(path, {"time": "s", "x": "mm", "y": "mm", **turned})
+            columns = {"time": "s", "x": "mm", "y": "mm", **turned}
+            table = read_measured_table(path, columns, may_lack=("x", "y", "turned"))
             position_mm = np.column_stack([table["x"], table["y"]])
             own = replace(video, units_per_mm=1.0, y_down=False)
-            return replace(_placed(table["time"], position_mm, own), turned_deg=table.get("turned"))
+            track = _placed(table["time"], position_mm, own)
+            return (
+                _turned(track, table["time"] - video.start_s, table["turned"]) if turned else track
+            )
         if head and head[0] == "scorer":
             return _track_of(lambda marker: _deeplabcut(rows, marker, video), video)
         if "frame_idx" in head:
@@ -189,25 +207,36 @@ def says_its_units(path: Path) -> bool:
 
 
 def track_notes(path: Path, video: VideoSettings) -> list[str]:
-    """What to tell of a track that `read_track` reads: that its scale is not known, or settings
-    that change nothing of it."""
+    """What to tell of a track that `read_track` reads: that its scale or its frame rate is not
+    known, or settings that change nothing of it."""
     if says_its_units(path):
         given = changed_flags(VideoSettings(), video)
         idle = [f"--video.{flag[2:]}" for flag in given if flag not in _FOR_ALL_TRACKS]
         told = f"its columns name their units, and {', '.join(idle)} changes nothing of it"
         return [told] if idle else []
     if video.units_per_mm != VideoSettings.units_per_mm:
-        return []
+        if video.frames_per_second is not None or not _counts_frames(_rows(path)[0]):
+            return []
+        return [
+            f"its table counts frames, which are taken at {video.frame_rate:g} a second, as none "
+            "is given (--video.frames-per-second): at another rate of the camera its times are "
+            "wrong by as much"
+        ]
     return [
         "its table does not name its units: positions are counted as mm (--video.units-per-mm "
         f"{video.units_per_mm:g}), and frames, of a table that counts them, at "
-        f"{video.frames_per_second:g} a second (--video.frames-per-second); distances of a table "
+        f"{video.frame_rate:g} a second (--video.frames-per-second); distances of a table "
         "in pixels are wrong by their scale"
     ]
 
 
 def _says_its_units(head: Sequence[str]) -> bool:
     return any(name.startswith(("time_", "x_")) for name in head)
+
+
+def _counts_frames(head: Sequence[str]) -> bool:
+    """Whether a header is DeepLabCut's or SLEAP's."""
+    return head[0] == "scorer" or "frame_idx" in head
 
 
 def _rows(path: Path) -> list[list[str]]:
@@ -228,12 +257,7 @@ def _below(rows: list[list[str]], head: int) -> list[list[str]]:
         ValueError: A row is longer.
     """
     width = len(rows[head])
-    for number, row in enumerate(rows[head + 1 :], start=1):
-        if any(row[width:]):
-            raise ValueError(
-                f"row {number} is {','.join(row)!r}, expected {width} cells as in the header; "
-                "numbers may have decimal commas, where points are expected"
-            )
+    refuse_longer(rows[head + 1 :], width)
     return [[*row[:width], *[""] * (width - len(row))] for row in rows[head + 1 :]]
 
 
@@ -251,14 +275,19 @@ def _track_of(
 ) -> MarkerTrack:
     """The track of the marker, with the turn where a second one is followed as well.
 
-    From one frame with both markers to the next the robot is taken to turn by less than half a
-    circle, and evenly.
+    From one frame with both markers to the next the robot is taken to turn evenly, and by less than
+    half a circle.
 
     Args:
         followed: Gives the times (frame,) and the picture's points (frame, 2) of a marker by its
             name, empty for the first; NaN where it was not seen.
         video: What the picture means.
+
+    Raises:
+        ValueError: The second marker is the first, or is hardly seen; or they change places.
     """
+    if video.y_down is None:
+        video = replace(video, y_down=True)  # they are in pixels
     track = _placed(*followed(video.marker), video)
     if not video.marker_ahead:
         return track
@@ -281,8 +310,30 @@ def _track_of(
             "table's first by default), or hardly trusted (least_likelihood)"
         )
     angle = np.degrees(np.arctan2(facing[apart, 1], facing[apart, 0]))
-    turned = np.interp(track.time_s, both_s[apart], np.unwrap(angle, period=360.0))
-    return MarkerTrack(track.time_s, track.position_mm, turned)
+    turned, both_s = np.unwrap(angle, period=360.0), both_s[apart]
+    for place in np.flatnonzero(np.abs(np.diff(turned)) > SWAPPED_DEG):
+        before_s, after_s = both_s[place : place + 2] + video.start_s
+        if after_s - before_s <= LOST_S:
+            raise ValueError(
+                f"marker_ahead {video.marker_ahead!r}: from {before_s:.3f} to {after_s:.3f} s of "
+                f"the video the robot would turn by {abs(turned[place + 1] - turned[place]):.0f} "
+                f"degrees, expected at most {SWAPPED_DEG:g}; the two markers may have changed "
+                "places in a frame: correct it in the tracker, or empty its cells"
+            )
+    return _turned(track, both_s, turned)
+
+
+def _turned(track: MarkerTrack, time_s: np.ndarray, turned_deg: np.ndarray) -> MarkerTrack:
+    """The track with a turn [degrees] that is known at some times [s], (time,), NaN where not.
+
+    Raises:
+        ValueError: It is known nowhere.
+    """
+    known = np.isfinite(turned_deg)
+    if not known.any():
+        raise ValueError("the column of the turn is empty, expected degrees, or no such column")
+    turned = np.interp(track.time_s, time_s[known], turned_deg[known])
+    return replace(track, turned_deg=turned)
 
 
 def _deeplabcut(
@@ -302,7 +353,7 @@ def _deeplabcut(
             video.least_likelihood
         )
         if trusted:
-            times.append(_number(row[0]) / video.frames_per_second)
+            times.append(_number(row[0]) / video.frame_rate)
             points.append([_number(row[column["x"]]), _number(row[column["y"]])])
     return np.array(times), np.array(points).reshape(-1, 2)
 
@@ -311,6 +362,13 @@ def _sleap(
     rows: list[list[str]], marker: str, video: VideoSettings
 ) -> tuple[np.ndarray, np.ndarray]:
     head = rows[0]
+    if "track" in head:
+        named = sorted({row[head.index("track")] for row in _below(rows, 0)} - {""})
+        if len(named) > 1:
+            raise ValueError(
+                f"its rows are of several tracks, {', '.join(named)}, expected those of one, such "
+                "as an export of the robot alone"
+            )
     nodes = [c.removesuffix(".x") for c in head if c.endswith(".x")]
     name = _marker(nodes, marker)
     x, y, frame = head.index(f"{name}.x"), head.index(f"{name}.y"), head.index("frame_idx")
@@ -321,7 +379,7 @@ def _sleap(
         trusted = score is None or _number(row[score]) >= video.least_likelihood
         if not row[x] or not trusted:
             continue
-        times.append(_number(row[frame]) / video.frames_per_second)
+        times.append(_number(row[frame]) / video.frame_rate)
         points.append([_number(row[x]), _number(row[y])])
     return np.array(times), np.array(points).reshape(-1, 2)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +34,9 @@ CONVERSIONS: Mapping[str, Mapping[str, float]] = {
 """House unit -> accepted unit -> factor."""
 
 
-def read_measured_table(path: Path | str, columns: Mapping[str, str]) -> dict[str, np.ndarray]:
+def read_measured_table(
+    path: Path | str, columns: Mapping[str, str], may_lack: Collection[str] = ()
+) -> dict[str, np.ndarray]:
     """Read columns of a CSV file.
 
     Lines that begin with # are comments; further columns are ignored.
@@ -43,14 +45,15 @@ def read_measured_table(path: Path | str, columns: Mapping[str, str]) -> dict[st
         path: The file. Its header names each quantity with its unit, such as ``pressure_kPa`` or
             ``pressure_psi``.
         columns: House unit of each quantity by name, such as ``{"pressure": "kPa"}``.
+        may_lack: Quantities whose cells may be empty.
 
     Returns:
-        Each quantity in its house unit, (row,).
+        Each quantity in its house unit, (row,); NaN in an empty cell.
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: A quantity is missing, has an unknown unit or none, or a value is not a finite
-            number.
+        ValueError: A quantity is missing, has an unknown unit or none, a value is not a finite
+            number, or a row is longer than the header.
     """
     header, rows = read_rows(path)
     found = {name: _column(Path(path), header, name, unit) for name, unit in columns.items()}
@@ -58,6 +61,9 @@ def read_measured_table(path: Path | str, columns: Mapping[str, str]) -> dict[st
     for number, row in enumerate(rows, start=1):
         for name, (place, factor) in found.items():
             text = row[place] if place < len(row) else ""
+            if name in may_lack and not text.strip():
+                table[name].append(math.nan)
+                continue
             try:
                 value = float(text)
             except ValueError:
@@ -76,7 +82,7 @@ def read_rows(path: Path | str) -> tuple[list[str], list[list[str]]]:
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: No header or no row.
+        ValueError: No header or no row, or a row is longer than the header.
     """
     lines = [
         line
@@ -88,7 +94,29 @@ def read_rows(path: Path | str) -> tuple[list[str], list[list[str]]]:
         header, *rows = list(csv.reader(lines, delimiter=mark)) or [[]]
     if not rows:
         raise ValueError(f"measured table {path} has no rows, expected a header and rows below it")
+    try:
+        refuse_longer(rows, len(header))
+    except ValueError as error:
+        raise ValueError(f"{path}, {error}") from error
     return [name.strip() for name in header], rows
+
+
+def refuse_longer(rows: Sequence[Sequence[str]], width: int) -> None:
+    """Refuse rows with cells behind those of the header, where decimals may stand.
+
+    Args:
+        rows: Cells below the header.
+        width: Cells of the header.
+
+    Raises:
+        ValueError: One has such; names the row.
+    """
+    for number, row in enumerate(rows, start=1):
+        if any(cell.strip() for cell in row[width:]):
+            raise ValueError(
+                f"row {number} is {','.join(row)!r}, expected {width} cells as in the header; "
+                "numbers may have decimal commas, where points are expected"
+            )
 
 
 def delimiter_of(header: str) -> str:

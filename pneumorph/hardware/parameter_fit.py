@@ -54,8 +54,8 @@ class ParameterFitSettings(Checked):
     possible first, since paths of legs that stick and slip fit almost as well in many places; 0:
     begin at the simulation's values."""
     step: Positive = 0.02
-    """Relative step of the finite-difference derivatives. Much smaller steps fail, because contact
-    makes the paths slightly irregular."""
+    """Relative step of the central differences that give derivatives. Much smaller steps fail,
+    because contact makes the paths slightly irregular."""
     evaluation_limit: Count = 30
     """Largest number of times that least squares simulate all trials, without those for
     derivatives."""
@@ -148,8 +148,9 @@ def fit_parameters(
     found = least_squares(
         problem.residual,
         np.clip(begin, low + 1e-6, high - 1e-6),
+        # A relative step of the logarithm, as of `diff_step`, would be none at 1, whose log is 0.
+        jac=problem.jacobian,
         bounds=(low, high),
-        diff_step=settings.step,
         x_scale=0.1,
         xtol=1e-4,
         ftol=1e-5,
@@ -205,7 +206,7 @@ class _Problem:
         self._cases = []
         deviation = []
         for trial in trials:
-            end = min(float(trial.pressures.time_s[-1]), float(trial.track.time_s[-1]))
+            end = trial.logged_s
             steps = int(end / time_step_s)
             driven = trial.driven_kPa(time_step_s * np.arange(steps))
             every = max(1, round(1.0 / (settings.samples_per_s * time_step_s)))

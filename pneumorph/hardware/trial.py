@@ -45,6 +45,12 @@ class Trial:
         a run that was stopped, or a log that was cut off."""
         return min(self.pressures.driven_s, float(self.track.time_s[-1]))
 
+    @property
+    def logged_s(self) -> float:
+        """Until when pressures were logged and the marker was tracked [s]."""
+        log_s = self.pressures.time_s
+        return min(float(log_s[-1]) if len(log_s) else 0.0, float(self.track.time_s[-1]))
+
     def driven_kPa(self, time_s: np.ndarray) -> np.ndarray:
         """Pressure that drove the robot at given times [real kPa], (time, channel).
 
@@ -148,8 +154,7 @@ def _ended_early(run: Path, folders: Sequence[Path]) -> list[Path]:
         gait_s = read_gait(schedule, maximum_pressure_kPa=np.inf)[0].duration_s
 
     def early(log: LoggedPressures) -> bool:
-        cut_off = len(log.time_s) < 2 or log.driven_s < gait_s
-        return log.stopped is not None or (gait_s > 0.0 and cut_off)
+        return log.stopped is not None or log.driven_s < gait_s
 
     return [each for each in folders if early(read_log(each / LOG_FILE))]
 

@@ -225,11 +225,11 @@ def pressure_tracking(trial: Trial) -> dict[str, float | None]:
 
     Returns:
         Root mean square difference [kPa], and the delay [s] that makes it least (of whole samples
-        up to one second); None without sensors.
+        up to one second); None without sensors, or with fewer than two samples.
     """
     log = trial.pressures
     known = np.isfinite(log.sensed_kPa)
-    if known.sum() < 2:
+    if known.sum() < 2 or len(log.time_s) < 2:
         return {"rms_kPa": None, "delay_s": None}
     difference = (log.sensed_kPa - log.commanded_kPa)[known]
     step = float(np.median(np.diff(log.time_s)))

@@ -23,7 +23,8 @@ class Distribution:
     """A distribution, or a constant.
 
     ``U(a, b)`` is uniform from a to b, ``LogU(a, b)`` uniform in the logarithm, ``N(m, s)`` normal
-    with mean m and standard deviation s, cut off at three s. A plain number is a constant.
+    with mean m and standard deviation s, where draws beyond three s are set to three. A plain
+    number is a constant.
     """
 
     kind: str
@@ -133,7 +134,8 @@ class Distribution:
         return np.full(len(drawn), 1.0 / (self.second - self.first))
 
     def drawn_given(self, drawn: float, value: float, deviation: float) -> float:
-        """A draw from the distribution times the likelihood of a measurement, by rejection.
+        """A draw from the distribution times the likelihood of a measurement, by rejection; of a
+        normal that ends at three deviations.
 
         Args:
             drawn: A draw without it, which decides this one.
@@ -146,7 +148,9 @@ class Distribution:
         rng = np.random.default_rng(int(np.float64(drawn).view(np.uint64)))
         for _ in range(MOST_REJECTIONS):
             tried = self.draw(rng)
-            if rng.random() < math.exp(-0.5 * ((tried - value) / deviation) ** 2):
+            agrees = rng.random() < math.exp(-0.5 * ((tried - value) / deviation) ** 2)
+            # Of a normal nothing is drawn at its ends: those stand for all that lies beyond.
+            if agrees and (self.kind != "N" or self.lowest < tried < self.highest):
                 return tried
         raise ValueError(
             f"none of {MOST_REJECTIONS} draws agrees with a measurement of {value:g} with a "

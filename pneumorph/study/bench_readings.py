@@ -120,6 +120,21 @@ def one_leg_notes(readings: Mapping[str, np.ndarray]) -> tuple[str, ...]:
     )
 
 
+def hub_mass_notes(readings: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """What to say of legs that were weighed without their hub.
+
+    Args:
+        readings: As `read_bench_readings` returns them.
+    """
+    return tuple(
+        f"{name} is of legs, and {bench_test(name).number} makes the hub heavier or lighter by the "
+        "same share, though these readings say nothing of it: where the hub is off by another "
+        "share, leave them out and give both as weighed (--masses.leg-mass-g, --masses.hub-mass-g)"
+        for name in readings
+        if bench_test(name).reading == "leg_mass_g"
+    )
+
+
 def beyond_usual_worlds(number: str, value: float, deviation: float) -> str | None:
     """What to say of a measurement that no world of `UNCERTAINTIES` agrees with; None of others.
 

@@ -48,7 +48,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
-from pneumorph.study.gait_source import find_gait
+from pneumorph.study.gait_source import bending_map, find_gait
 from pneumorph.study.recorded_walk import Model
 from pneumorph.study.robot_at_rig import calibrated, with_air
 from pneumorph.study.virtual_reality import VirtualReality
@@ -144,7 +144,7 @@ class DeployedGait:
     highest_meant_kPa: float | None = None
     """What the gait asks for with this calibration, where that is beyond the limit."""
     cut_off_at_kPa: float | None = None
-    """And that limit: the least of the channels', and of what any gait may command."""
+    """And that limit: of the channel that it exceeds most, or of what any gait may command."""
     schedule: tuple[str, ...] = ()
     """What a dry run would have commanded, line by line."""
     model: str | None = None
@@ -226,16 +226,16 @@ def deploy_gait(
         for note in (found.other_design_note, found.own_task_note):
             if note is not None:
                 folder.progress.say(note)
-        design, gait, goal = found.design, found.gait, found.goal
+        design, goal = found.design, found.goal
+        gait = VentedGait.of(found.gait, design)
         described = {"gait": found.name, "design": str(design), "learned_for": found.own_task}
         if found.own_task_note is not None:
             described["notes"] = (found.own_task_note,)
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are
             # Beside a calibration, the options hold the map of the leg as it is before measuring.
             trained = found.pressure_map or robot.physics.pressure_map
-            gait, cut = calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
+            gait, cut = calibrated(gait, trained, bending_map(spec), rig, folder)
             described |= cut
-        gait = VentedGait.of(gait, design)
     try:
         schedule = plan_schedule(gait, rig)  # first: it knows how many channels there must be
         rig = with_air(rig, spec, design)

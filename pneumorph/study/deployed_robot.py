@@ -29,7 +29,8 @@ from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun
 
 SAME_LINE = 1e-3
-"""Calibrations whose lines differ by a smaller share convert pressures alike, to 0.1 kPa."""
+"""Calibrations whose lines, over their moduli, differ by a smaller share convert pressures alike,
+to 0.1 kPa."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,21 +101,29 @@ class DeployedRobot:
         theirs = None if self.finished is None else self.finished.calibration
         if theirs is None or theirs.digest is None:
             return []  # commanded as the gait has them
-        lines = [(each.slope, each.intercept_kPa) for each in (theirs, ours)]
+        lines = [
+            np.array([each.slope, each.intercept_kPa]) / (each.modulus_factor or 1.0)
+            for each in (theirs, ours)
+        ]
         if np.allclose(lines[0], lines[1], rtol=SAME_LINE):
             return []
-        (slope, intercept), (our_slope, our_intercept) = lines
         by_ours = f"with {ours.said}" if ours.said != NOT_CALIBRATED else "without a calibration"
         return [
-            f"{self.label} was deployed with {theirs.file} (slope {slope:.4g}, intercept "
-            f"{intercept:.4g} kPa), for which its pressures were converted, and is simulated "
-            f"{by_ours} ({our_slope:.4g}, {our_intercept:.4g} kPa): these are not the commands "
-            f"that the simulation should have; --calibration {theirs.file} simulates it as deployed"
+            f"{self.label} was deployed with {theirs.file} (slope {theirs.slope:.4g}, intercept "
+            f"{theirs.intercept_kPa:.4g} kPa{_modulus(theirs)}), for which its pressures were "
+            f"converted, and is simulated {by_ours} ({ours.slope:.4g}, {ours.intercept_kPa:.4g} "
+            f"kPa{_modulus(ours)}): these are not the commands that the simulation should have; "
+            f"--calibration {theirs.file} simulates it as deployed"
         ]
 
     def tells_of(self, goal: Goal) -> bool:
         """Whether all tracks tell what of a goal was achieved."""
         return all(trial.track.achieved(goal, 0.0) is not None for trial in self.trials)
+
+
+def _modulus(calibration: UsedCalibration) -> str:
+    factor = calibration.modulus_factor
+    return "" if factor is None else f", modulus factor {factor:.4g}"
 
 
 def labelled_runs(runs: Sequence[str]) -> dict[str, Path]:

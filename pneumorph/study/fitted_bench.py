@@ -12,6 +12,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import Calibration
 from pneumorph.study.bench_readings import (
     beyond_usual_worlds,
+    hub_mass_notes,
     measured_numbers,
     one_leg_notes,
     read_bench_readings,
@@ -45,7 +46,7 @@ def with_bench(
             f"{bench} has readings of {both}, which --air fits as well: they are relative to the "
             "valves before that fit; leave one of both out"
         )
-    for told in one_leg_notes(readings):
+    for told in (*one_leg_notes(readings), *hub_mass_notes(readings)):
         say(told)
     idle = reasons_of_idle(spec, measured_worlds())
     for name, (value, deviation) in found.items():

@@ -95,7 +95,7 @@ def with_parameters(
     for note in notes:
         folder.progress.say(note)
     track, step_s = trials[0].track, physics.time_step_s
-    driven = trials[0].driven_kPa(np.arange(0.0, float(track.time_s[-1]), step_s))
+    driven = trials[0].driven_kPa(np.arange(0.0, trials[0].logged_s, step_s))
     path = FittedPath(
         track,
         step_s * np.arange(len(driven) + 1),

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.base.layers import changed_flags
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.sorotraj import read_sorotraj
 from pneumorph.gait.expert_gait import ExpertGait
@@ -24,8 +25,8 @@ from pneumorph.study.finished_run import FinishedRun, TakenOver
 
 @dataclass(frozen=True)
 class GaitSource:
-    """A gait, whose it is, and what it was made with: pressure map, steps before it starts, and the
-    goal.
+    """A gait, whose it is, and what it was made with: pressure map (`bending_map`), steps before it
+    starts, and the goal.
 
     The map is None where the source does not say: then it is that of the leg that walks. The goal
     is that of a run or a policy; a gait's file does not say one, and it is forward.
@@ -178,7 +179,7 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
         pair.gait,
         pair.design if design is None else Design.parse(design),
         str(folder / pair.gait_file),
-        run.spec().physics.pressure_map,
+        bending_map(run.spec()),
         run.task.settling_step_count,
         run.goal,
         pair.design,
@@ -226,16 +227,27 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
     return GaitSource(gait, chosen, name, settling_steps=task.settling_step_count, goal=task.goal)
 
 
+def bending_map(spec: RobotSpec) -> PressureMap:
+    """From real pressures to those that bend the leg alike before its modulus was measured: a leg
+    of f times the modulus bends under f times the pressure as it did."""
+    usual = spec.physics.pressure_map
+    factor = 1.0 if spec.calibration is None else spec.calibration.modulus_factor or 1.0
+    return PressureMap(usual.slope / factor, usual.intercept_kPa / factor)
+
+
 def recalibrated(
-    gait: OpenLoopGait, trained: PressureMap, measured: PressureMap, highest_kPa: float
+    gait: OpenLoopGait,
+    trained: PressureMap,
+    measured: PressureMap,
+    highest_kPa: float | np.ndarray,
 ) -> OpenLoopGait:
     """The gait whose real pressures mean to the measured robot what they meant in training.
 
     Args:
         gait: The gait.
-        trained: Pressure map it was made with.
-        measured: Pressure map of the robot at hand.
-        highest_kPa: Pressures are cut off here [kPa].
+        trained: `bending_map` of the robot it was made with.
+        measured: That of the robot at hand.
+        highest_kPa: Pressures are cut off here [kPa], one for all regulators or (regulator,).
     """
     if trained == measured:
         return gait
@@ -246,11 +258,11 @@ def recalibrated(
 class _Recalibrated(ChangedGait):
     trained: PressureMap
     measured: PressureMap
-    highest_kPa: float
+    highest_kPa: float | np.ndarray
 
     @property
     def maximum_pressure_kPa(self) -> float:
-        return self.highest_kPa
+        return float(np.max(self.highest_kPa))
 
     def pressure_kPa(self, time_s: float) -> np.ndarray:
         """Real pressure commanded at a time [kPa], (regulator,)."""

@@ -6,18 +6,22 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.vented_gait import VentedGait
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import SEARCH_STEP_S
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
-from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
+from pneumorph.physics.open_loop_gait import sample_commands, step_count
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import recalibrated
 
 CUT_FACTOR = 1.5
-"""A gait that with a calibration asks for more than this times the limit is refused, not cut."""
+"""A gait that with a calibration asks for more than this times a channel's limit is refused, not
+cut."""
 
 
 def with_air(rig: RigSettings, spec: RobotSpec, design: Design | None) -> RigSettings:
@@ -50,19 +54,19 @@ def _of_channels(chambers_mm3: tuple[float, ...], count: int) -> tuple[float, ..
 
 
 def calibrated(
-    gait: OpenLoopGait,
+    gait: VentedGait,
     trained: PressureMap,
     measured: PressureMap,
     rig: RigSettings,
     folder: RunFolder,
-) -> tuple[OpenLoopGait, dict[str, Any]]:
-    """The gait with the measured robot's pressures, and where the limit cuts it off.
+) -> tuple[VentedGait, dict[str, Any]]:
+    """The gait with the measured robot's pressures, and where a channel's limit cuts it off.
 
     Args:
         gait: The gait.
-        trained: Pressure map it was made with.
-        measured: Pressure map of the robot at hand.
-        rig: Whose channels have limits.
+        trained: `bending_map` of the robot it was made with.
+        measured: That of the robot at hand.
+        rig: Whose channels have limits, each its own.
         folder: Told of a cut.
 
     Returns:
@@ -71,25 +75,30 @@ def calibrated(
     Raises:
         ValueError: So much would be cut off that it would be another gait.
     """
-    if trained == measured:
-        return gait, {}
-    highest = min(HIGHEST_COMMAND_KPA, *(channel.highest_kPa for channel in rig.channels))
-    meant = recalibrated(gait, trained, measured, math.inf)
+    if trained == measured or gait.regulator_count != len(rig.channels):
+        return gait, {}  # the schedule tells how many channels there must be
+    highest = np.array([min(HIGHEST_COMMAND_KPA, each.highest_kPa) for each in rig.channels])
+    meant = replace(gait, gait=recalibrated(gait.gait, trained, measured, math.inf))
+    cut = replace(gait, gait=recalibrated(gait.gait, trained, measured, highest))
     count = step_count(meant.duration_s, SEARCH_STEP_S)
-    needed = float(sample_commands(meant, SEARCH_STEP_S, count).max())
-    if needed > CUT_FACTOR * highest:
+    needed = sample_commands(meant, SEARCH_STEP_S, count).max(axis=0)
+    if (needed <= highest).all():
+        return cut, {}
+    worst = int(np.argmax(needed / highest))
+    asked, limit = float(needed[worst]), float(highest[worst])
+    if asked > CUT_FACTOR * limit:
         raise ValueError(
-            f"with this calibration the gait asks for {needed:.1f} kPa, expected at most "
-            f"{CUT_FACTOR:g} times the limit of {highest:g} kPa, where little is cut off; the gait "
-            f"was made for p_sim = {trained.slope:g} p {trained.intercept_kPa:+g} kPa, the "
-            f"calibration is {measured.slope:g} p {measured.intercept_kPa:+g} kPa: one of them may "
-            "be of another leg (--leg)"
+            f"with this calibration the gait asks for {asked:.1f} kPa, expected at most "
+            f"{CUT_FACTOR:g} times the limit of channel {worst + 1}, {limit:g} kPa, where little "
+            f"is cut off; the gait was made for p_sim = {trained.slope:g} p "
+            f"{trained.intercept_kPa:+g} kPa, the calibration is {measured.slope:g} p "
+            f"{measured.intercept_kPa:+g} kPa, each over its modulus factor: one of them may be of "
+            "another leg (--leg)"
         )
-    if needed <= highest:
-        return recalibrated(gait, trained, measured, highest), {}
+    beyond = np.flatnonzero(needed > highest)
+    told = ", ".join(f"{needed[n]:.1f} kPa (channel {n + 1}, {highest[n]:g} kPa)" for n in beyond)
     folder.progress.say(
-        f"with this calibration the gait asks for {needed:.1f} kPa: it is cut off at {highest:g} "
-        "kPa"
+        f"with this calibration the gait asks for more than a channel's limit and is cut off "
+        f"there: {told}"
     )
-    cut = {"highest_meant_kPa": needed, "cut_off_at_kPa": highest}
-    return recalibrated(gait, trained, measured, highest), cut
+    return cut, {"highest_meant_kPa": asked, "cut_off_at_kPa": limit}

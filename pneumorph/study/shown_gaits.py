@@ -13,7 +13,7 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.learn.demonstrations import check_room, known_pair
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.settings import CooptSettings
-from pneumorph.study.gait_source import find_gait, names_no_design, recalibrated
+from pneumorph.study.gait_source import bending_map, find_gait, names_no_design, recalibrated
 
 
 def shown_gaits(
@@ -48,7 +48,7 @@ def shown_gaits(
         physics, gait = spec.physics, known.gait
         if known.pressure_map is not None:
             gait = recalibrated(
-                gait, known.pressure_map, physics.pressure_map, task.maximum_pressure_kPa
+                gait, known.pressure_map, bending_map(spec), task.maximum_pressure_kPa
             )
         action_s = task.action_step_count * physics.time_step_s
         try:

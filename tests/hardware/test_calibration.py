@@ -60,6 +60,37 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert np.all(np.abs(held / 500 - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 500))
 
 
+def test_repeats_that_know_nothing_new_leave_the_intervals() -> None:
+    """Ten copies of each pair are nine times no measurement."""
+    x = np.arange(10.0, 91.0, 10.0)
+    y = 4.0 * x - 20.0 + 3.0 * np.random.default_rng(4).standard_normal(len(x))
+    one, ten = fit_line(x, y), fit_line(np.repeat(x, 10), np.repeat(y, 10))
+    assert (ten.slope, ten.intercept) == pytest.approx((one.slope, one.intercept))
+    np.testing.assert_allclose(ten.slope_interval, one.slope_interval)
+    np.testing.assert_allclose(ten.intercept_interval, one.intercept_interval)
+    assert ten.point_count == 90
+    # Two places are on a line: by Student's t of 4 points, s^2 = 4 / 2 and Sxx = 100.
+    low, high = fit_line(np.repeat([0.0, 10.0], 2), np.array([-1.0, 1.0, 9.0, 11.0])).slope_interval
+    assert 0.5 * (high - low) == pytest.approx(4.302653 * np.sqrt(2.0 / 100.0))
+
+
+@pytest.mark.parametrize(("common", "repeats"), [(3.0, 1), (3.0, 3), (3.0, 10), (0.0, 3)])
+def test_intervals_hold_what_the_line_lacks_at_each_place(common: float, repeats: int) -> None:
+    """What all repeats at a pressure have in common, or noise alone: of 500 lines, 95 % of the
+    intervals hold the truth, to 4 standard errors of a binomial."""
+    rng, held = np.random.default_rng(1), np.zeros(2)
+    x = np.arange(10.0, 91.0, 10.0)
+    for _ in range(500):
+        y = np.repeat(4.0 * x - 20.0 + common * rng.standard_normal(len(x)), repeats)
+        y += 0.5 * rng.standard_normal(len(y))
+        line = fit_line(np.repeat(x, repeats), y)
+        held += [
+            line.slope_interval[0] < 4.0 < line.slope_interval[1],
+            line.intercept_interval[0] < -20.0 < line.intercept_interval[1],
+        ]
+    assert np.all(np.abs(held / 500 - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / 500))
+
+
 def test_a_curve_or_a_bend_that_is_not_a_number_is_refused() -> None:
     with pytest.raises(ValueError, match="does not rise with the pressure"):
         MonotoneBend(np.array([0.0, 10.0, 20.0]), np.array([0.0, np.nan, 9.0]))
@@ -191,6 +222,10 @@ def test_columns_are_separated_as_in_the_header(mark: str, tmp_path: Path) -> No
         ("bend_deg\n2\n", "column pressure_kPa is missing"),
         ("pressure_kPa,bend_deg\n1,x\n", "row 1: bend_deg is 'x', expected a finite number"),
         ("pressure_kPa,bend_deg\n", "has no rows"),
+        (
+            "pressure_kPa,bend_deg\n10,3\n20,7,5\n",
+            r"t\.csv, row 2 is '20,7,5', expected 2 cells as in the header; .* decimal commas",
+        ),
     ],
 )
 def test_tables_without_sense_are_refused(text: str, message: str, tmp_path: Path) -> None:

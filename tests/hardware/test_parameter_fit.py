@@ -117,6 +117,28 @@ def test_a_fit_finds_the_deepest_of_many_minima() -> None:
     assert fit(32) == pytest.approx(1.4, rel=1e-3)
 
 
+def test_derivatives_are_of_the_whole_step_from_wherever_a_fit_begins() -> None:
+    """Also from 1, whose logarithm is 0. A ripple of contact, whose own slope is five times that of
+    the path, hides the modulus from much smaller steps."""
+    zeros = np.zeros((len(TIME_S), 1))
+    seen: list[float] = []
+
+    def rippled(values: Parameters, driven_kPa: np.ndarray) -> np.ndarray:
+        seen.append(np.log(values["modulus_factor"]))
+        ripple = 5e-5 * np.sin(1e5 * seen[-1])
+        speed = 10.0 * (values["modulus_factor"] + ripple)
+        forward = speed * STEP_S * np.arange(len(driven_kPa) + 1)
+        return np.column_stack([forward, np.zeros_like(forward)])
+
+    measured = path_of({"modulus_factor": 1.1}, zeros[1:])
+    trial = Trial("one", LoggedPressures(TIME_S, zeros, zeros, ()), MarkerTrack(TIME_S, measured))
+    settings = ParameterFitSettings(names=("modulus_factor",), search_count=0)
+    found = fit_parameters([trial], rippled, {"modulus_factor": 1.0}, STEP_S, settings)
+    # The start, least squares there again, and their first derivative.
+    assert seen[:4] == pytest.approx([0.0, 0.0, settings.step, -settings.step])
+    assert found.values["modulus_factor"] == pytest.approx(1.1, abs=2e-4)
+
+
 def test_a_fit_tells_how_far_it_is() -> None:
     """Of as many simulations as it may make, at least: it is never at its end before it ends."""
     zeros = np.zeros((len(TIME_S), 1))

@@ -23,6 +23,7 @@ from pneumorph.hardware.marker_track import (
 )
 from pneumorph.hardware.trial import Trial, notes_of, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import compare_trials, pressure_tracking
+from pneumorph.study.deployed_robot import whole_trials
 from pneumorph.study.transfer import TransferSettings, transfer
 from pneumorph.trajectory import Trajectory
 
@@ -176,6 +177,59 @@ def test_a_second_marker_that_tells_no_turn_is_refused(
         read_track(table, VideoSettings(**video))
 
 
+@pytest.mark.parametrize("swapped", [[20], [0], [20, 21, 22]])
+def test_markers_that_change_places_in_some_frames_are_refused(
+    swapped: Sequence[int], tmp_path: Path
+) -> None:
+    """Half a circle forth and half a circle on would count as a whole turn."""
+    table = _two_markers("sleap", tmp_path / "track.csv")
+    lines = table.read_text().splitlines()
+    for place in swapped:
+        cells = lines[place + 1].split(",")
+        lines[place + 1] = ",".join([*cells[:3], *cells[6:9], *cells[3:6]])
+    table.write_text("\n".join(lines) + "\n")
+    begin_s = 0.1 * (swapped[0] - 1 if swapped[0] else 0)
+    told = rf"'nose': from {begin_s:.3f} to {begin_s + 0.1:.3f} s .* 1[67]\d degrees, .* places"
+    with pytest.raises(ValueError, match=told):
+        read_track(table, VideoSettings(marker_ahead="nose"))
+
+
+def test_a_turn_while_a_marker_was_lost_is_taken(tmp_path: Path) -> None:
+    """By 100 degrees in a second: the markers need not have changed places."""
+    table = _two_markers("sleap", tmp_path / "track.csv", lost=range(10, 19))
+    track = read_track(table, VideoSettings(marker_ahead="nose"))
+    assert track.achieved(Goal("turn_left"), 3.5) == pytest.approx(350.0, abs=100.0 / 60.0)
+
+
+def test_rows_of_several_sleap_tracks_are_refused(tmp_path: Path) -> None:
+    """Two robots that are seen one after the other would make one path."""
+    rows = ["a,0,1,0,0,1", "a,1,1,1,0,1", ",2,1,2,0,1", "b,3,1,500,0,1"]
+    lines = ["track,frame_idx,instance.score,disk.x,disk.y,disk.score", *rows]
+    (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(ValueError, match="of several tracks, a, b, expected those of one"):
+        read_track(tmp_path / "track.csv")
+    (tmp_path / "track.csv").write_text("\n".join(lines[:-1]) + "\n")
+    assert len(read_track(tmp_path / "track.csv").time_s) == 3
+
+
+def test_empty_cells_of_a_track_of_ours_are_frames_without_the_marker(tmp_path: Path) -> None:
+    own = tmp_path / "track.csv"
+    own.write_text(
+        "time_s,x_cm,y_cm,turned_deg\n0,1,2,0\n1,,,\n2,2,4,\n3, ,4,15\n4,3,4,20\n5,4,4\n"
+    )
+    track = read_track(own, VideoSettings(start_s=1.0))
+    assert track.time_s.tolist() == [-1.0, 1.0, 3.0, 4.0]
+    assert track.position_mm[:, 0].tolist() == [10.0, 20.0, 30.0, 40.0]
+    # Between 0 degrees at 0 s and 15 at 3 s of the video; the last one known stays.
+    np.testing.assert_allclose(track.turned_deg, [0.0, 10.0, 20.0, 20.0])
+    own.write_text("time_s,x_mm,y_mm,turned_deg\n0,1,2,\n1,2,2,\n")
+    with pytest.raises(ValueError, match=r"track\.csv: the column of the turn is empty"):
+        read_track(own)
+    own.write_text("time_s,x_mm,y_mm\n0,1,2\n,2,2\n")
+    with pytest.raises(ValueError, match="time_s is '', expected a finite number"):
+        read_track(own)
+
+
 def test_start_and_heading_hold_for_a_track_that_names_its_units(tmp_path: Path) -> None:
     """Of a video that began 5 s earlier, with the robot facing along the picture's y axis."""
     own = tmp_path / "track.csv"
@@ -201,7 +255,11 @@ def test_settings_that_change_nothing_of_a_track_are_told(tmp_path: Path) -> Non
 @pytest.mark.parametrize("kind", ["deeplabcut", "sleap"])
 def test_a_scale_that_nobody_gave_is_told(kind: str, tmp_path: Path) -> None:
     table = _two_markers(kind, tmp_path / "track.csv")
-    assert track_notes(table, VideoSettings(units_per_mm=4.0)) == []
+    given = VideoSettings(units_per_mm=4.0, frames_per_second=30.0)
+    assert track_notes(table, given) == []
+    (told,) = track_notes(table, replace(given, frames_per_second=None))
+    assert "counts frames, which are taken at 30 a second" in told
+    assert "--video.frames-per-second" in told
     (told,) = track_notes(table, VideoSettings())
     assert "--video.units-per-mm 1" in told
     assert "30 a second (--video.frames-per-second)" in told
@@ -209,6 +267,28 @@ def test_a_scale_that_nobody_gave_is_told(kind: str, tmp_path: Path) -> None:
     trial = read_trial(tmp_path)
     assert trial.notes == (told,)
     assert notes_of([replace(trial, name="a"), replace(trial, name="b")]) == [f"a, b: {told}"]
+
+
+def test_of_a_table_that_counts_no_frames_no_rate_is_missed(tmp_path: Path) -> None:
+    table = tmp_path / "track.txt"
+    table.write_text("mass A\nt,x,y\n0,0,0\n1,2,1\n")
+    assert track_notes(table, VideoSettings(units_per_mm=4.0)) == []
+
+
+@pytest.mark.parametrize("kind", ["tracker", "deeplabcut", "sleap"])
+def test_y_points_as_the_program_has_it(kind: str, tmp_path: Path) -> None:
+    """Up in Tracker's tables, down in pixels."""
+    heads = {
+        "tracker": "mass A\nt,x,y\n0,0,0\n1,2,4\n",
+        "deeplabcut": "scorer,n,n\nbodyparts,a,a\ncoords,x,y\n0,0,0\n30,2,4\n",
+        "sleap": "track,frame_idx,a.x,a.y\nt,0,0,0\nt,30,2,4\n",
+    }
+    (tmp_path / "track.txt").write_text(heads[kind])
+    up = kind == "tracker"
+    for y_down, left_mm in ((None, 4.0 if up else -4.0), (True, -4.0), (False, 4.0)):
+        track = read_track(tmp_path / "track.txt", VideoSettings(y_down=y_down))
+        np.testing.assert_array_equal(track.position_mm, [[0.0, 0.0], [2.0, left_mm]])
+        assert track.time_s.tolist() == [0.0, 1.0]
 
 
 @pytest.mark.parametrize("remark", ["# camera A; 30 fps", "#\tby hand"])
@@ -416,6 +496,24 @@ def test_pressure_delay_is_found() -> None:
     assert tracking["rms_kPa"] is not None
     assert tracking["rms_kPa"] > 5.0
     assert pressure_tracking(_trial("a", _path()))["rms_kPa"] == 0.0
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_a_trial_that_was_killed_at_once_tells_of_next_to_nothing(
+    samples: int, tmp_path: Path
+) -> None:
+    with DeploymentLog(tmp_path / "log.csv", 1) as log:
+        log.command(0.0, np.full(1, 50.0))
+        for _ in range(samples):
+            log.row(0.03, np.full(1, 50.0), np.zeros(1))
+    write_track(tmp_path / "track.csv", MarkerTrack(TIMES, _path()))
+    killed = read_trial(tmp_path)
+    assert killed.end_s == killed.logged_s == 0.03 * samples
+    assert pressure_tracking(killed) == {"rms_kPa": None, "delay_s": None}
+    whole = [_trial(name, _path()) for name in ("a", "b")]
+    kept, (told,) = whole_trials("L", [whole[0], killed, whole[1]], 3.9, 1.0)
+    assert [each.name for each in kept] == ["a", "b"]
+    assert told.endswith("left out")
 
 
 def test_a_log_whose_times_fall_is_refused(tmp_path: Path) -> None:

@@ -50,6 +50,19 @@ def test_moments(text: str, mean: float, deviation: float) -> None:
     assert draws.min() >= distribution.lowest
 
 
+def test_a_measurement_finds_nothing_at_the_ends_of_a_normal() -> None:
+    """Beyond three of its deviations lies 0.27 %, which would make 1.5 two draws of three.
+    Expected is the product of both densities below 1.5, to four standard errors of its mean."""
+    law, rng = Distribution.parse("N(0, 0.5)"), np.random.default_rng(0)
+    draws = np.array([law.drawn_given(law.draw(rng), 1.6, 0.1) for _ in range(200)])
+    place = np.linspace(0.5, 1.5, 20_001)
+    density = np.exp(-2.0 * place**2 - 50.0 * (place - 1.6) ** 2)
+    mean = np.average(place, weights=density)
+    deviation = np.sqrt(np.average((place - mean) ** 2, weights=density))
+    assert draws.max() < 1.5
+    assert draws.mean() == pytest.approx(mean, abs=4.0 * deviation / np.sqrt(200.0))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -20,6 +20,7 @@ from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.bench_readings import (
     bench_test,
     beyond_usual_worlds,
+    hub_mass_notes,
     measured_numbers,
     one_leg_notes,
     read_bench_readings,
@@ -76,6 +77,15 @@ def test_one_reading_of_one_leg_is_told_to_be_of_one_leg() -> None:
     (told,) = one_leg_notes({"bend at one pressure": one, "tilt of a leg": one})
     assert told.startswith("bend at one pressure has one reading, and modulus_factor is the mean")
     assert one_leg_notes({"bend at one pressure": four, "weighing": four}) == ()
+
+
+def test_a_hub_that_nobody_weighed_is_told(spec: RobotSpec) -> None:
+    """Worlds scale its mass with that of the legs."""
+    heavier = spec.scaled(mass_factor=1.1)
+    assert heavier.hub.rigid.mass == pytest.approx(1.1 * spec.hub.rigid.mass)
+    (told,) = hub_mass_notes({"weighing": np.full(4, 42.0), "tilt of a leg": np.array([30.0])})
+    assert told.startswith("weighing is of legs, and mass_factor makes the hub heavier or lighter")
+    assert hub_mass_notes({"tilt of a leg": np.array([30.0])}) == ()
 
 
 def test_the_bend_of_a_stiffer_leg_gives_its_factor(spec: RobotSpec) -> None:
@@ -159,6 +169,7 @@ def test_a_calibration_without_measured_numbers_is_read_and_keeps_its_digest(
         ("test,reading\nweighing,\n", "row 1: reading is '', expected a finite number"),
         ("test,reading\nweighing,nan\n", "row 1: reading is 'nan', expected a finite number"),
         ("test,reading\n", "no rows"),
+        ("test,reading\ntilt of a leg,31,9\n", "row 1 is 'tilt of a leg,31,9', .* decimal commas"),
     ],
 )
 def test_a_table_that_says_something_else_is_refused(text: str, told: str, tmp_path: Path) -> None:

@@ -39,17 +39,29 @@ def test_pressures_for_another_calibration_are_told(tmp_path: Path) -> None:
     assert "--calibration runs/c/calibration.json" in told
     (told,) = notes_of(tmp_path, THEIRS, replace(OURS, file=NOT_CALIBRATED, slope=1.0))
     assert "and is simulated without a calibration (1, -20.36 kPa)" in told
+    (told,) = notes_of(tmp_path, replace(OURS, digest="abc", modulus_factor=1.2), OURS)
+    assert "(slope 4.079, intercept -20.36 kPa, modulus factor 1.2)" in told
 
 
 @pytest.mark.parametrize(
     ("theirs", "ours"),
     [
         (THEIRS, replace(THEIRS, file="elsewhere/calibration.json")),
+        (
+            replace(OURS, digest="abc", slope=4.8942, intercept_kPa=-24.4332, modulus_factor=1.2),
+            OURS,
+        ),
         (replace(OURS, digest="abc", slope=4.07852, intercept_kPa=-20.3627), OURS),
         (replace(THEIRS, digest=None), OURS),
         (None, OURS),
     ],
-    ids=["the same file moved", "a line that is hardly another", "as the gait has them", "unknown"],
+    ids=[
+        "the same file moved",
+        "a modulus scaled alike",
+        "a line that is hardly another",
+        "as the gait has them",
+        "unknown",
+    ],
 )
 def test_of_pressures_that_are_the_simulation_s_nothing_is_told(
     theirs: UsedCalibration | None, ours: UsedCalibration, tmp_path: Path

@@ -65,7 +65,9 @@ def test_a_comparison_tells_of_skipped_commands_and_unknown_scales(tmp_path: Pat
     assert "(1 in trial_1 of 6)" in skipped
     assert unscaled.startswith("L: trial_1: its table does not name its units")
     scaled: list[str] = []
-    DeployedRobot.read("L", tmp_path, VideoSettings(units_per_mm=2.0), 1.0, scaled)
+    DeployedRobot.read(
+        "L", tmp_path, VideoSettings(units_per_mm=2.0, frames_per_second=30.0), 1.0, scaled
+    )
     assert scaled == [skipped]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from pneumorph.base.progress import Progress
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.hardware.deployment_log import read_log
 from pneumorph.hardware.parameter_fit import ParameterFit
 from pneumorph.study import fitted_paths
 from pneumorph.study.calibration_settings import CalibrationSettings
@@ -96,6 +98,22 @@ def test_what_to_doubt_of_a_fit_is_told_and_kept(
     assert "--fit.evaluation-limit" in ended
     assert bound in said
     assert ended in said
+
+
+def test_a_path_is_drawn_as_far_as_it_was_fitted(
+    deployed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A camera that films on after the log sees no pressures."""
+    run = shutil.copytree(deployed, tmp_path / "B")
+    track = run / "trial_1" / "track.csv"
+    track.write_text(track.read_text() + "3,0,0,0\n")
+    logged_s = read_log(run / "trial_1" / "log.csv").time_s[-1]
+    monkeypatch.setattr(fitted_paths, "fit_parameters", lambda *_: FOUND)
+    folder = RunFolder(tmp_path / "c", "calibrate", Progress(io.StringIO()))
+    path = calibrate(CalibrationSettings(trials=run), ROBOT, folder).path
+    assert path is not None
+    assert logged_s <= path.time_s[-1] < logged_s + 2.0 * ROBOT.physics.time_step_s
+    assert len(path.time_s) == len(path.fitted_mm) == len(path.start_mm)
 
 
 @pytest.mark.parametrize(

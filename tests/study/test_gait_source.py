@@ -26,6 +26,7 @@ from pneumorph.learn.networks import Policy
 from pneumorph.learn.policy_file import save_policy
 from pneumorph.learn.sac import Sac, SacSettings
 from pneumorph.learn.settings import CooptSettings
+from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.gait_source import GaitSource, find_gait, recalibrated
@@ -82,11 +83,18 @@ def test_a_policy_drives_a_design_whatever_its_regulators_are_called(tmp_path: P
         find_gait(path, "1.1.1.1.1.1.1.0", ExpertGait())
 
 
+@pytest.mark.parametrize("modulus_factor", [None, 1.25])
 @pytest.mark.parametrize("leg", ["published", "hyperelastic"])
 def test_a_runs_gait_knows_the_pressure_map_of_its_leg_and_how_long_it_settled(
-    leg: LegName, tmp_path: Path
+    leg: LegName, modulus_factor: float | None, tmp_path: Path
 ) -> None:
-    robot = layered(RobotOptions(), [{"leg": leg}])
+    """The map over the modulus that was measured."""
+    robot, usual = layered(RobotOptions(), [{"leg": leg}]), pressure_map(leg)
+    expected = usual
+    if modulus_factor is not None:
+        stiff = Calibration(usual, modulus_factor=modulus_factor)
+        robot = replace(robot, calibration=stiff.save(tmp_path / "calibration.json"))
+        expected = PressureMap(usual.slope / modulus_factor, usual.intercept_kPa / modulus_factor)
     task = replace(SETTINGS.task, settling_step_count=7)
     coopt = replace(SETTINGS, task=task)
     settings = {"robot": settings_to_dict(robot), "coopt": settings_to_dict(coopt)}
@@ -95,7 +103,7 @@ def test_a_runs_gait_knows_the_pressure_map_of_its_leg_and_how_long_it_settled(
     write_json(tmp_path / "summary.json", {"pairs": [pair]})
     write_gait(tmp_path / "L1.csv", HeldGait.evenly(np.full((6, 3), 50.0), 0.1), {})
     found = find_gait(tmp_path, None, ExpertGait())
-    assert found.pressure_map == pressure_map(leg)
+    assert found.pressure_map == expected
     assert found.settling_steps == 7
 
 
