@@ -203,6 +203,7 @@ def _parsed(
     """
     import tyro
 
+    from pneumorph.base.idle_settings import is_of_a_run, refuse_idle
     from pneumorph.base.layers import changed_flags, flags_of, given_flags, layer_of_flag, layered
     from pneumorph.base.meant_flags import meant_flags
     from pneumorph.base.settings import load_settings, read_settings_file
@@ -253,17 +254,20 @@ def _parsed(
         layers.insert(0, read_settings_file(file))
     origin = {"preset": parsed.preset} if verb.presets else {}
     asked = {name: getattr(parsed.options, name) for name in _must_be_given(preset)}
-    base = replace(preset, **asked)
+    base = below = replace(preset, **asked)
     options = layered(base, layers)
     earlier = verb.taken_over(parsed.options)
     if earlier is not None:
         with _told_of_earlier_run(str(earlier.run)):
-            taken = layered(base, [earlier.settings])
+            taken = below = layered(base, [earlier.settings])
             options = layered(taken, layers)
         changed = changed_flags(taken, options, earlier.settings)
         yours = f" (yours: {', '.join(changed)})" if changed else ""
         print(f"{earlier.said}{yours}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
+    if file is not None and is_of_a_run(Path(file)):
+        below, layers = layered(below, layers[:1]), layers[1:]
+    refuse_idle(options, below, layers, parsed.common.out)
     return options, parsed.common, origin
 
 

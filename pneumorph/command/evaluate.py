@@ -21,6 +21,7 @@ from typing import Annotated
 
 import tyro
 
+from pneumorph.base.idle_settings import within
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
@@ -46,6 +47,10 @@ class EvaluateOptions:
     that are given."""
     evaluation: Annotated[EvaluationSettings, flat] = field(default_factory=EvaluationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+
+    def idle_settings(self) -> dict[str, str]:
+        """Those of the evaluation."""
+        return within("evaluation", self.evaluation)
 
 
 def run(options: EvaluateOptions, folder: RunFolder) -> Evaluation:

@@ -46,8 +46,9 @@ class ExploreOptions(Checked):
     """The designs, if there is no run to say which."""
     replay: ReplaySettings = PAGE_REPLAY
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
-    """TOML file that describes a robot, see docs/own_robot.md, whose designs are shown; a run has
-    its own."""
+    """TOML file of a robot, see docs/own_robot.md, whose designs are shown; a run has its own."""
+    threads: CountOrNone = 0
+    """Threads of the engine for these pairs; 0 takes as many as the run did."""
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
@@ -66,6 +67,7 @@ def run(options: ExploreOptions, folder: RunFolder) -> Explorer:
         pair_count=options.pair_count,
         replay=options.replay,
         described=options.described,
+        threads=options.threads,
     )
 
 

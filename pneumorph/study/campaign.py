@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +14,7 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, CountOrNone
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.flags import flat
+from pneumorph.base.idle_settings import is_of_a_run, refuse_idle, within
 from pneumorph.base.layers import layered
 from pneumorph.base.machine import processor_count
 from pneumorph.base.result import in_cm, result_to_dict
@@ -25,6 +26,7 @@ from pneumorph.base.settings import (
     settings_to_dict,
 )
 from pneumorph.environment.goal import FORWARD, Goal
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.study.campaign_progress import campaign_progress
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.survived import NONE_SURVIVED
@@ -42,10 +44,11 @@ class CampaignSettings(Checked):
     """Which seeds and variants to run, and the settings they share."""
 
     seeds: tuple[CountOrNone, ...] = (0, 1, 2)
-    """Seeds of the runs; --seed has no meaning here."""
+    """Seeds of the runs; --seed and `coopt.seed` of a variant are refused."""
     variants: tuple[Path, ...] = ()
     """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
-    over the rest; without them all runs differ by their seed alone."""
+    over the rest; without them all runs differ by their seed alone. `coopt.seed`, `robot.executor`
+    and `resume` are the campaign's and none of a variant's."""
     run: Annotated[TrainingOptions, flat] = field(default_factory=TrainingOptions)
     """Settings that all runs share. --executor says where the runs are made: by default one after
     another on this machine, or on all of a Ray cluster."""
@@ -68,21 +71,58 @@ class CampaignSettings(Checked):
         if len(set(names)) < len(names):
             raise ValueError(f"variants are named {names}, expected files of different names")
 
-    def bases(self) -> dict[str, TrainingOptions]:
+    def idle_settings(self) -> dict[str, str]:
+        """As `pneumorph.base.idle_settings` has them: those of all runs, where no variant may give
+        them a meaning."""
+        return {} if self.variants else within("run", self.run)
+
+    def bases(self, folder: Path | None = None) -> dict[str, TrainingOptions]:
         """What the runs of each variant have in common, by the variant's name.
+
+        Args:
+            folder: The campaign's, whose runs may keep what they were begun with; None for none.
 
         Raises:
             FileNotFoundError: A variant's file is missing.
-            ValueError: It cannot be read, or sets what no setting is called.
+            ValueError: It cannot be read, sets what no setting is called, what the campaign says
+                for all its runs, or what would be ignored beside the rest; or all runs are asked to
+                have one seed.
         """
+        if self.run.coopt.seed != CooptSettings.seed:
+            raise ValueError(
+                f"coopt.seed (--seed) is {self.run.coopt.seed}, expected it to be left out: the "
+                f"seeds of a campaign's runs are those of --seeds, {self.seeds}"
+            )
         if not self.variants:
             return {"run": self.run}
-        return {path.stem: _variant(self.run, path) for path in self.variants}
+        return {path.stem: self._variant(path, folder) for path in self.variants}
 
-
-def _variant(base: TrainingOptions, path: Path) -> TrainingOptions:
-    load_settings(TrainingOptions, path, base)  # what it refuses, it refuses by the file's name
-    return layered(base, [read_settings_file(path)])
+    def _variant(self, path: Path, folder: Path | None) -> TrainingOptions:
+        base = self.run
+        load_settings(TrainingOptions, path, base)  # what it refuses, it refuses by the file's name
+        content = read_settings_file(path)
+        options = layered(base, [content])
+        of_all = {
+            "coopt.seed": (options.coopt.seed, base.coopt.seed, "--seeds says the runs' seeds"),
+            "robot.executor": (
+                options.robot.executor,
+                base.robot.executor,
+                "--executor of the campaign says where all runs are made",
+            ),
+            "resume": (options.resume, base.resume, "a campaign goes on with its runs anyway"),
+        }
+        for name, (asked, usual, why) in of_all.items():
+            if asked != usual:
+                raise ValueError(
+                    f"settings file {path}: {name} is {asked}, expected it to be left out of a "
+                    f"variant: it would be ignored; {why}"
+                )
+        begun = None if folder is None else folder / f"{path.stem}-{self.seeds[0]}"
+        try:
+            refuse_idle(options, base, [] if is_of_a_run(path) else [content], begun)
+        except ValueError as error:
+            raise ValueError(f"settings file {path}: {error}") from error
+        return options
 
 
 @dataclass(frozen=True)
@@ -145,7 +185,8 @@ class Campaign:
     status: str
     """``completed``, or that some runs failed."""
     best_run: str | None
-    """None where no robot survived, or where runs have different goals, which do not compare."""
+    """None where no robot survived, or where runs do not compare: they differ in their goals, what
+    pairs are ranked by, the physics, or what their worlds are drawn from."""
     best_design: str | None
     best_distance_cm: float | None
     runs: tuple[CampaignRun, ...]
@@ -166,24 +207,26 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
             must see it.
 
     Raises:
-        ValueError: A variant cannot be read.
+        FileNotFoundError: A variant's file is missing.
+        ValueError: A variant cannot be read, or sets what would be ignored.
     """
     start = time.monotonic()
-    bases = settings.bases()
+    bases = settings.bases(folder.path)
     options = {
         f"{name}-{seed}": replace(base, coopt=replace(base.coopt, seed=seed))
         for name, base in bases.items()
         for seed in settings.seeds
     }
     failures = _make(options, settings.run.robot.executor, folder)
-    runs = {
-        name: CampaignRun.of(name, FinishedRun.read(folder.path / name).result(TrainingResult))
+    trained = {
+        name: FinishedRun.read(folder.path / name).result(TrainingResult)
         for name in options
         if name not in failures
     }
+    runs = {name: CampaignRun.of(name, found) for name, found in trained.items()}
     walked = [run for run in runs.values() if run.counted is not None]
     failures |= {name: NONE_SURVIVED for name, run in runs.items() if run.counted is None}
-    notes = _of_goals(walked)
+    notes = _that_differ({run.name: trained[run.name] for run in walked})
     best = None if notes else max(walked, key=lambda run: run.counted or 0.0, default=None)
     found = Campaign(
         status="completed" if not failures else "some runs failed",
@@ -206,15 +249,35 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     return found
 
 
-def _of_goals(runs: Sequence[CampaignRun]) -> tuple[str, ...]:
-    """What to tell of runs with different goals; nothing of those that compare."""
-    goals = {run.goal.label: run.name for run in runs}
-    if len(goals) < 2:
-        return ()
-    said = ", ".join(f"{goal} in {name}" for goal, name in goals.items())
-    return (
-        f"no run is the best of all: their goals differ ({said}); `variants` has the best of each",
-    )
+def _that_differ(runs: Mapping[str, TrainingResult]) -> tuple[str, ...]:
+    """What to tell of runs whose distances do not compare; nothing of those that do."""
+    told: dict[str, Callable[[TrainingResult], Any]] = {
+        "goals": lambda run: run.goal.label,
+        "what pairs are ranked by": lambda run: run.ranked_by or "distance in one world",
+        "physics": lambda run: run.physics,
+        "distributions of worlds": lambda run: _distributions(run.randomisation),
+    }
+    for what, of in told.items():
+        names: list[tuple[Any, str]] = []  # the first run of each value, which may have no hash
+        for name, run in runs.items():
+            if all(of(run) != value for value, _ in names):
+                names.append((of(run), name))
+        if len(names) > 1:
+            plain = all(isinstance(value, str) for value, _ in names)
+            said = ", ".join(f"{value} in {name}" if plain else name for value, name in names)
+            return (
+                f"no run is the best of all: their {what} differ ({said}); `variants` has the best "
+                "of each",
+            )
+    return ()
+
+
+def _distributions(randomisation: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """What worlds were drawn from, whatever number of them robots learned in, and from when on."""
+    if randomisation is None:
+        return None
+    learning = ("world_count", "nominal_until")
+    return {name: each for name, each in randomisation.items() if name not in learning}
 
 
 def _of_one(options: TrainingOptions) -> TrainingOptions:

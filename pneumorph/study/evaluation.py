@@ -79,6 +79,11 @@ class EvaluationSettings(Checked):
                 "each world), got --model full"
             )
 
+    def idle_settings(self) -> dict[str, str]:
+        """As `pneumorph.base.idle_settings` has them: of worlds that nobody draws."""
+        names = () if self.randomize else ("world_count", "world_seed", "randomisation")
+        return dict.fromkeys(names, "without --randomize")
+
 
 @dataclass(frozen=True)
 class EvaluatedPair:

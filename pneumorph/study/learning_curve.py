@@ -1,4 +1,4 @@
-"""How far the best robot of a coopt run came, over the time that was simulated until then."""
+"""What the best robot of a coopt run achieved, over the time that was simulated until then."""
 
 from __future__ import annotations
 
@@ -11,25 +11,30 @@ from pneumorph.study.training_result import TrainingResult
 
 
 def learning_curve(run: Path) -> tuple[list[float], list[float]]:
-    """Return simulated time of all robots [s] and best distance so far [cm].
+    """Return simulated time of all robots [s] and the best until then [unit of the run's goal: cm,
+    or degrees], one for each time; both are empty where no robot survived.
 
     A point a round of training, whose robots act with the policy's noise, and one at the end of
     fine-tuning with the best pair that the run reports.
 
     Args:
         run: Folder of a coopt run.
+
+    Raises:
+        ArtefactError: The folder holds no finished run, or its files are damaged.
     """
     learned = FinishedRun.read(run)
     found = learned.result(TrainingResult)
     action_s = learned.task.action_step_count * learned.robot.physics.time_step_s
-    metrics = read_metrics(run / TRAINING_FOLDER)
     points = [
-        (line["timestep"] * action_s, line["best_distance_cm"])
-        for line in metrics
-        if line["best_distance_cm"] is not None
+        (line["timestep"] * action_s, best)
+        for line in read_metrics(run / TRAINING_FOLDER)
+        # Of earlier versions, which knew no goal but the distance.
+        if (best := line.get("best_achieved", line["best_distance_cm"])) is not None
     ]
-    end = (found.timesteps + found.finetuning_timesteps) * action_s
-    seen = [distance for _, distance in points]
-    best = max([*seen, *([] if found.best_distance_cm is None else [found.best_distance_cm])])
-    simulated_s, distance_cm = zip(*points, (end, best), strict=True)
-    return list(simulated_s), list(distance_cm)
+    reported = found.best_distance_cm if found.goal.is_forward else found.best_achieved
+    seen = [best for _, best in points] + ([] if reported is None else [reported])
+    if not seen:
+        return [], []
+    points.append(((found.timesteps + found.finetuning_timesteps) * action_s, max(seen)))
+    return [time_s for time_s, _ in points], [best for _, best in points]

@@ -17,6 +17,7 @@ from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.finished_run import FinishedRun, TakenOver
+from pneumorph.study.idle_objective import idle_of_objective
 from pneumorph.study.search import SearchSettings
 from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
 
@@ -61,6 +62,30 @@ class SearchOptions:
         highest_kPa = highest_pressure_kPa(content, below, robot)
         task = {} if highest_kPa is None else {"maximum_pressure_kPa": highest_kPa}
         return laid_over(laid_over(of_physics, of_robot), {"search": {"task": task}})
+
+    def idle_settings(self) -> dict[str, str]:
+        """As `pneumorph.base.idle_settings` has them: of other methods, of worlds that nobody
+        draws, and of an objective over one world."""
+        asked = self.search
+        of_methods = {
+            "gaits": ("gaits", "designs", "random_design_count", "usual_design"),
+            "random": ("random",),
+            "genetic": ("genetic",),
+        }
+        found = {
+            f"search.{name}": f"without --method {method}"
+            for method, names in of_methods.items()
+            for name in names
+            if method != asked.method
+        }
+        if asked.method == "gaits":
+            found["search.kept_pair_count"] = "without --method random or genetic"
+        idle = idle_of_objective(asked.objective)
+        found |= {f"search.objective.{name}": why for name, why in idle.items()}
+        if not asked.objective.is_robust:
+            several = "where candidates walk in one world (--objective.worlds-per-design 1)"
+            found |= {"search.finalist_count": several, "randomisation": several}
+        return found
 
     @property
     def taken_over(self) -> TakenOver | None:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.flags import flat
+from pneumorph.base.idle_settings import refuse_idle
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER, RunFolder, read_summary
 from pneumorph.base.settings import laid_over
@@ -42,6 +43,7 @@ from pneumorph.study.changed_files import (
     changed_digests,
     changed_parts,
 )
+from pneumorph.study.idle_objective import idle_of_objective
 from pneumorph.study.own_task import OwnTask, task_name
 from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.shown_gaits import digests_of_shown, shown_gaits
@@ -94,6 +96,25 @@ class TrainingOptions(Checked):
                 f"certified_world_count is {self.certified_world_count}, expected at least "
                 f"{LEAST_WORLD_COUNT} for a band, or 0 for no certificate"
             )
+
+    def idle_settings(self) -> dict[str, str]:
+        """As `pneumorph.base.idle_settings` has them: of worlds that nobody draws, of a certificate
+        that nobody asked for, and of an objective over one world."""
+        objective = self.coopt.objective
+        idle = idle_of_objective(objective)
+        found = {f"coopt.objective.{name}": why for name, why in idle.items()}
+        if not self.randomize:
+            found["world_count"] = "without --randomize"
+        elif objective.is_robust:
+            found["world_count"] = (
+                f"with --objective.worlds-per-design {objective.worlds_per_design}, which is how "
+                "many worlds are drawn for a round"
+            )
+        if not (self.certify or self.certified_world_count):
+            found["rounds"] = "without --certify"  # beside a certificate it is refused by that
+            if not self.randomize:
+                found["randomisation"] = "without --randomize or --certified-world-count"
+        return found
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
@@ -223,8 +244,8 @@ def train(
     Raises:
         FileNotFoundError: No such file of a robot.
         TypeError: The robot is no path, or the changes are no dictionary.
-        ValueError: No such preset or setting, the folder holds another run, or the environment is
-            none for the settings.
+        ValueError: No such preset or setting, one that would be ignored beside the others, the
+            folder holds another run, or the environment is none for the settings.
         ArtefactError: The file describes no robot, or the folder is damaged.
     """
     if preset not in PRESETS:
@@ -239,7 +260,9 @@ def train(
     if not (changes is None or isinstance(changes, Mapping)):
         raise TypeError(f"changes is {changes!r:.60}, expected settings as nested dictionaries")
     named = {} if robot is None else {"robot": {"described": str(robot)}}
-    options = layered(PRESETS[preset](), [laid_over(named, changes or {})])
+    usual, layers = PRESETS[preset](), [laid_over(named, changes or {})]
+    options = layered(usual, layers)
+    refuse_idle(options, usual, layers, Path(folder))
     return train_once(options, study_folder(Path(folder), "coopt"), own_task=own_task)
 
 

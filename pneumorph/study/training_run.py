@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from pneumorph.base.artefact import ArtefactError, read_json
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.catalogue.mirror_check import unlike_sides_note
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -30,7 +35,7 @@ from pneumorph.environment.training_environment import (
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
-from pneumorph.learn.coopt_result import CooptResult
+from pneumorph.learn.coopt_result import SUMMARY_FILE, CooptResult
 from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings, refuse_other_task
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.environments import state_size
@@ -39,6 +44,7 @@ from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
 from pneumorph.study.certified_rounds import (
+    CERTIFICATE_FILE,
     CERTIFICATE_FOLDER,
     Again,
     certify_candidates,
@@ -148,6 +154,7 @@ def run_training(
     expert = swept(spec, baseline, folder, settings.task.goal)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
+    known = _told_pairs(training)
     learned = learn_in_folder(
         make_environments,
         settings,
@@ -179,7 +186,10 @@ def run_training(
         certified = certify_candidates(found, certificate, spec, own, again)
         folder.keep_until_summary(own.path / KEPT_WALKS)
     if certified is None or not certified.rounds:
-        forget_certificate(folder.path / CERTIFICATE_FOLDER)
+        certificate_folder = folder.path / CERTIFICATE_FOLDER
+        # One with finite elements, of hours, is of these very pairs where nothing was learned here.
+        if known != _told_pairs(training) or not _has_rounds(certificate_folder):
+            forget_certificate(certificate_folder)
     # Learning counts what earlier processes spent on it before this one went on.
     learned_s = learned.wall_s + (learned.finetuning_wall_s or 0.0)
     return TrainingResult(
@@ -203,6 +213,22 @@ def run_training(
             *(() if certified is None else certified.notes),
         ),
     )
+
+
+def _told_pairs(training: Path) -> list[Any] | None:
+    """What a training folder says of its best pairs; None where it has not ended or is damaged."""
+    with suppress(ArtefactError, FileNotFoundError, KeyError, TypeError):
+        names = ("design", "gait", "timestep", "distance_cm")
+        pairs = read_json(training / SUMMARY_FILE, "JSON")["pairs"]
+        return [[pair[name] for name in names] for pair in pairs]
+    return None
+
+
+def _has_rounds(folder: Path) -> bool:
+    """Whether a folder has a certificate with finite elements."""
+    with suppress(ArtefactError, FileNotFoundError, KeyError, TypeError):
+        return bool(read_json(folder / CERTIFICATE_FILE, "JSON")["rounds"])
+    return False
 
 
 def _too_short(settings: CooptSettings) -> list[str]:
@@ -277,6 +303,7 @@ def _check(
         lost_mirror_note(settings.space, spec.physics.start, spec.allowed_designs),
         roughness_note(settings.space, spec.physics, redrawn),
         _of_single_worlds(wanted, drawn),
+        unlike_sides_note(spec.modules) if settings.space.has_mirror else None,
     )
     notes = [note for note in told if note is not None]
     for note in notes:

@@ -33,7 +33,8 @@ from pneumorph.trajectory import Trajectory
 
 _SHORT = (
     f"{SHORT_FINETUNING} --randomize --randomisation.damping-factor U(0.5,2) "
-    "--objective.kind worst_share --objective.worlds-per-design 4 --certified-world-count 6"
+    "--objective.kind worst_share --objective.worlds-per-design 4 --objective.evaluation-worlds 4 "
+    "--certified-world-count 6"
 )
 WORLDS = Randomisation(damping_factor="U(0.5,2)")
 

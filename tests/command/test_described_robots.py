@@ -131,7 +131,7 @@ def test_search_tells_the_damping_that_parts_bring(
     path.write_text(path.read_text().replace('damping = "objective"\n', ""))
     found = run_json(
         f"search --method random --timesteps 10 --task.action-count 5 --environment-count 4 "
-        f"--random.population 2 --finalist-count 1 --objective.evaluation-worlds 4 --robot {path} "
+        f"--random.population 2 --robot {path} "
         f"--out {tmp_path / 'search'}",
         capsys,
     )

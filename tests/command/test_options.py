@@ -277,17 +277,18 @@ def test_a_choice_of_physics_brings_leg_masses_hub_and_damping(tmp_path: Path, a
 
 
 def test_a_variant_of_a_campaign_is_a_layer(tmp_path: Path) -> None:
-    for name, text in (("leg", '[robot]\nleg = "hyperelastic"\n'), ("seed", "[coopt]\nseed = 4\n")):
+    texts = {"leg": '[robot]\nleg = "hyperelastic"\n', "updates": "[coopt]\nupdates = 4\n"}
+    for name, text in texts.items():
         (tmp_path / f"{name}.toml").write_text(text)
-    files = tuple(tmp_path / f"{name}.toml" for name in ("leg", "seed"))
+    files = tuple(tmp_path / f"{name}.toml" for name in texts)
     base = TrainingOptions(robot=replace(PUBLISHED, physics=Physics(friction=0.5)))
     variants = CampaignSettings(variants=files, run=base).bases()
     assert variants["leg"].robot.physics == Physics(
         friction=0.5, pressure_map=HYPERELASTIC_PRESSURE_MAP
     )
-    assert variants["seed"] == replace(base, coopt=replace(base.coopt, seed=4))
-    (tmp_path / "seed.toml").write_text("[coopt]\nsed = 4\n")
-    with pytest.raises(ValueError, match=r"seed\.toml: unknown setting coopt\.sed"):
+    assert variants["updates"] == replace(base, coopt=replace(base.coopt, updates=4))
+    (tmp_path / "updates.toml").write_text("[coopt]\nsed = 4\n")
+    with pytest.raises(ValueError, match=r"updates\.toml: unknown setting coopt\.sed"):
         CampaignSettings(variants=files[1:], run=base).bases()
 
 
@@ -362,7 +363,7 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
         TrainingOptions(), randomize=True, randomisation=Randomisation(friction="0.4")
     )
     drawn = write_run(tmp_path / "drawn", "coopt", options)
-    for command in ("certify {} --world-count 8", "evaluate {} --record"):
+    for command in ("certify {} --world-count 8", "evaluate {} --randomize"):
         asked(f"{command.format(drawn)} --randomisation.friction 0.3")
         told = capsys.readouterr().err.splitlines()
         line = next(each for each in told if each.startswith("leg, physics and worlds of"))

@@ -23,7 +23,7 @@ SMALL = (
     "--learning-start-timestep 8 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 8 --schedule.decay-end-timestep 20 --kept-pair-count 1 "
     "--evaluated-design-count 1 --finetuning.timesteps 0 --objective.worlds-per-design 1 "
-    "--objective.evaluation-worlds 3 --baseline.phase-step-deg 180 --baseline.gait.duration-s 4 "
+    "--baseline.phase-step-deg 180 --baseline.gait.duration-s 4 "
     "--objective.kind mean"
 )
 

@@ -8,7 +8,7 @@ SHORT_TRAINING = (
     "--total-timesteps 48 --environment-count 4 --task.action-step-count 20 "
     "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
-    "--evaluated-design-count 4 --kept-pair-count 2 --objective.evaluation-worlds 4 --no-page "
+    "--evaluated-design-count 4 --kept-pair-count 2 --no-page "
     + " ".join(f"--baseline.{flag}" for flag in SHORT_SWEEP)
 )
 SHORT_FINETUNING = (

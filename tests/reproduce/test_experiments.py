@@ -45,7 +45,7 @@ _SHORT = (
     "--learning-start-timestep 10 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 5 --schedule.decay-end-timestep 18 "
     "--evaluated-design-count 4 --kept-pair-count 2 --finetuning.timesteps 20 "
-    "--objective.evaluation-worlds 4 --certified-world-count 0 "
+    "--certified-world-count 0 "
     "--finetuning.finalist-count 2 --baseline.phase-step-deg 90 --baseline.gait.duration-s 4 "
     "--baseline.record-step-count 10"
 )

@@ -12,12 +12,14 @@ from helpers.result_example import example
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.environment.goal import FORWARD, Goal
+from pneumorph.physics.physics import Physics
 from pneumorph.study import campaign as campaigns
-from pneumorph.study.campaign import Campaign, CampaignRun, CampaignSettings, campaign
+from pneumorph.study.campaign import Campaign, CampaignSettings, campaign
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.training_result import TrainingResult
 
 RUN = replace(
-    example(CampaignRun), goal=FORWARD, best_design="1.0.0.2", best_distance_cm=3.0,
+    example(TrainingResult), goal=FORWARD, best_design="1.0.0.2", best_distance_cm=3.0,
     best_achieved=3.0,
 )  # fmt: skip
 NONE = replace(RUN, best_design=None, best_distance_cm=None, best_achieved=None)
@@ -25,7 +27,7 @@ TURNING = replace(RUN, goal=Goal("turn_left", cm_per_unit=0.1), best_achieved=60
 
 
 def compared(
-    found: dict[str, CampaignRun], folder: Path, monkeypatch: pytest.MonkeyPatch
+    found: dict[str, TrainingResult], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Campaign:
     """The campaign of runs VARIANT-SEED that have ended."""
 
@@ -44,7 +46,7 @@ def compared(
 
 @pytest.mark.parametrize("second", [RUN, NONE])
 def test_a_run_without_a_robot_that_survived_has_failed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, second: CampaignRun
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, second: TrainingResult
 ) -> None:
     found = compared({"run-0": RUN, "run-1": second}, tmp_path, monkeypatch)
     failed = second is NONE
@@ -66,3 +68,34 @@ def test_runs_of_different_goals_have_no_best(
     further = replace(TURNING, best_achieved=61.0)
     turned = compared({"turn-0": TURNING, "turn-1": further}, tmp_path, monkeypatch)
     assert (turned.best_run, turned.notes) == ("turn-1", ())
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"physics": Physics(friction=0.3)}, "their physics differ (first-0, second-0)"),
+        ({"ranked_by": None}, "ranked by differ (text in first-0, distance in one world in seco"),
+        ({"randomisation": None}, "their distributions of worlds differ (first-0, second-0)"),
+        ({"randomisation": {"friction": "0.3"}}, "their distributions of worlds differ"),
+    ],
+)
+def test_runs_in_other_worlds_have_no_best(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: dict[str, Any], said: str
+) -> None:
+    """A robot on ice or in the nominal world is no better for the distance it comes there."""
+    further = replace(RUN, best_distance_cm=5.0, best_achieved=5.0)
+    runs = {"first-0": RUN, "second-0": replace(further, **other)}
+    found = compared(runs, tmp_path, monkeypatch)
+    assert (found.best_run, found.best_design, found.best_distance_cm) == (None, None, None)
+    assert said in found.notes[0]
+    assert [each.most_best for each in found.variants.values()] == [3.0, 5.0]
+
+
+def test_how_many_worlds_were_learned_in_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = {"friction": "U(0.5, 1)", "world_count": 4}
+    few = replace(RUN, randomisation=drawn)
+    many = replace(RUN, best_achieved=5.0, randomisation={**drawn, "world_count": 8})
+    found = compared({"few-0": few, "many-0": many}, tmp_path, monkeypatch)
+    assert (found.best_run, found.notes) == ("many-0", ())

@@ -3,6 +3,7 @@ made now, and tests that change nothing are told apart."""
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -68,6 +69,27 @@ def test_none_is_left_beside_a_training_that_ends_without(
     assert run([*asked.split(), "--resume"]) == 0
     left = [file.name for file in folder.path.rglob("*") if file.is_file()]
     assert left == ["a.json"]
+
+
+def test_one_with_finite_elements_stays_beside_a_run_that_learned_nothing_more(
+    learned: FinishedRun, stopped: Path, tmp_path: Path
+) -> None:
+    """It took hours, and is of the run's pairs until there are others."""
+    again = tmp_path / "run"
+    shutil.copytree(learned.folder, again)
+    folder = RunFolder(again / "certificate", "certify")
+    certificate = folder / CERTIFICATE_FILE
+    shutil.copy(stopped, certificate)
+    leg = learned.folder.parent / "leg.npz"
+    asked = f"coopt --part {leg} --out {again} {SHORT_FINETUNING} --certified-world-count 0"
+    assert run([*asked.split(), "--resume"]) == 0
+    assert certificate.read_bytes() == stopped.read_bytes()
+    summary = again / "training" / "summary.json"
+    told = json.loads(summary.read_text())
+    told["pairs"][0]["distance_cm"] += 1.0  # of another training that had ended there
+    summary.write_text(json.dumps(told))
+    assert run([*asked.split(), "--resume"]) == 0
+    assert not certificate.exists()
 
 
 def test_a_test_of_valves_that_the_robot_has_not_is_told(

@@ -51,6 +51,7 @@ def explore(
     pair_count: int = 5,
     replay: ReplaySettings = PAGE_REPLAY,
     described: Path | None = None,
+    threads: int = 0,
 ) -> Explorer:
     """Write explorer.html.
 
@@ -63,6 +64,7 @@ def explore(
         replay: How exact replays are.
         described: File of the robot whose designs they are, where no run says it; None for the
             paper's.
+        threads: The engine's, where pairs walk; 0 for as many as the run's.
 
     Raises:
         ValueError: The run is of a verb that gives designs no score, or stands beside a robot.
@@ -83,7 +85,9 @@ def explore(
     if run is not None and scored.probability is not None and scored.pairs and pair_count:
         pairs = RunFolder(folder.path / "pairs", "evaluate", folder.progress)
         count = min(pair_count, len(scored.pairs))
-        evaluate(run, EvaluationSettings(pair_count=count, record=True), folder=pairs)
+        walkers = run.spec()
+        walkers = replace(walkers, thread_count=threads or walkers.thread_count)
+        evaluate(run, EvaluationSettings(pair_count=count, record=True), walkers, pairs)
         walked.append(pairs.path)
     # What the run itself recorded is shown where nothing newer is.
     own = {} if run is None else recorded_walks(scored.space, [run.folder])

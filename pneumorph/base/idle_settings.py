@@ -1,0 +1,102 @@
+"""Settings that change nothing beside others, refused where somebody set them.
+
+A settings class says with a method ``idle_settings`` which of its settings change nothing beside
+the others, and why. A default that does is no harm, and neither is what a preset, a robot's file or
+an earlier run brings; what was asked for and would be ignored is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.layers import changed_flags, layered
+from pneumorph.base.run_folder import SETTINGS, read_settings
+from pneumorph.base.settings import settings_from_dict, upgraded
+
+
+@runtime_checkable
+class HasIdleSettings(Protocol):
+    """Settings some of which may change nothing."""
+
+    def idle_settings(self) -> dict[str, str]:
+        """Those that change nothing beside the others, by their names, with dots for those of
+        groups; with what a message adds after "expected it to be left out"."""
+        ...
+
+
+def within(group: str, settings: HasIdleSettings) -> dict[str, str]:
+    """The idle settings of a group, by their names from outside of it."""
+    return {f"{group}.{name}": why for name, why in settings.idle_settings().items()}
+
+
+def refuse_idle(
+    settings: Any, base: Any, layers: Sequence[Mapping[str, Any]], folder: Path | None = None
+) -> None:
+    """Refuse what was set and changes nothing.
+
+    Args:
+        settings: What came of it: ``layered(base, layers)``.
+        base: What nobody set here, such as a preset.
+        layers: What was set, lowest first, as nested dictionaries.
+        folder: Where the run will be. One that was begun there may keep what it was begun with.
+
+    Raises:
+        ValueError: Something was; names the flags, what is missing, and that it would be ignored.
+    """
+    idle = settings.idle_settings() if isinstance(settings, HasIdleSettings) else {}
+    if not idle:
+        return
+    kind = type(settings)
+    rest = [_without(upgraded(kind, layer), map(_parts, idle)) for layer in layers]
+    unset = layered(base, rest)
+    before = _begun_with(kind, folder)
+    for name, why in idle.items():
+        place = _nested(_parts(name))
+        flags = changed_flags(unset, settings, place)
+        if before is not None:
+            flags = [flag for flag in flags if flag in changed_flags(before, settings, place)]
+        if flags:
+            raise ValueError(
+                f"{', '.join(flags)}: expected to be left out {why}: it would be ignored"
+            )
+
+
+def is_of_a_run(file: Path) -> bool:
+    """Whether a settings file is named as those of runs, which hold every setting: nobody chose
+    those one by one."""
+    return file.name == SETTINGS
+
+
+def _begun_with(kind: Any, folder: Path | None) -> Any | None:
+    """Settings of what was begun in a folder; None where nothing was, or nothing of this kind."""
+    with suppress(ArtefactError, ValueError, OSError):
+        if folder is not None and (folder / SETTINGS).exists():
+            return settings_from_dict(kind, read_settings(folder))
+    return None
+
+
+def _parts(name: str) -> list[str]:
+    return name.split(".")
+
+
+def _nested(path: Sequence[str]) -> dict[str, Any]:
+    content: Any = True
+    for name in reversed(path):
+        content = {name: content}
+    return dict(content)
+
+
+def _without(layer: Mapping[str, Any], paths: Iterable[Sequence[str]]) -> dict[str, Any]:
+    """A layer without some places."""
+    content = dict(layer)
+    for first, *others in paths:
+        inner = content.get(first)
+        if not others:
+            content.pop(first, None)
+        elif isinstance(inner, Mapping):
+            content[first] = _without(inner, [others])
+    return content
