@@ -41,6 +41,8 @@ class CheckpointMetadata:
         restart_scores_cm: What the best pair of each that has ended scored [cm].
         found: Index of each design that beginnings found, and what it scored [cm], where later
             beginnings learn from that.
+        evaluation_timesteps: Actions so far of walks that rank gaits; None where a version that
+            did not count them began.
     """
 
     timestep: int
@@ -56,6 +58,7 @@ class CheckpointMetadata:
     restart: int = 0
     restart_scores_cm: tuple[float | None, ...] = ()
     found: tuple[tuple[int, float], ...] = ()
+    evaluation_timesteps: int | None = None
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,8 @@ class CooptResult:
         remarks: Where the run went on after a stop, and what was lost.
         restart_scores_cm: What the best pair of each beginning scored, where there were several
             [cm]; None where no simulation came to its end.
+        evaluation_timesteps: Actions of all walks that ranked gaits, at evaluations and after
+            fine-tuning, which neither of the others counts; None where an earlier version began.
     """
 
     policy_best_design: str | None
@@ -88,6 +90,7 @@ class CooptResult:
     finetuning_wall_s: float | None
     remarks: tuple[str, ...]
     restart_scores_cm: tuple[float | None, ...] = ()
+    evaluation_timesteps: int | None = None
 
     @property
     def best(self) -> KeptPair | None:

@@ -135,11 +135,15 @@ def learn_in_folder(
         )
         best.offer([*pairs, *finetuned.pairs])
         pairs = best.pairs
+        walked = result.evaluation_timesteps
+        if walked is not None:
+            walked += finetuned.evaluation_timesteps
         result = replace(
             result,
             pairs=_kept(training, pairs),
             finetuning_timesteps=finetuned.timesteps,
             finetuning_wall_s=finetuned.wall_s,
+            evaluation_timesteps=walked,
         )
     result = replace(result, remarks=(*result.remarks, *_of_shown(training, shown, pairs)))
     action_s = settings.task.action_step_count * time_step_s
@@ -383,6 +387,7 @@ def _result(
         finetuning_wall_s=None,
         remarks=tuple(remarks),
         restart_scores_cm=tuple(training.restart_scores_cm),
+        evaluation_timesteps=training.evaluation_timesteps,
     )
 
 

@@ -161,10 +161,28 @@ def check_observation(
         ValueError: It has another, or a number is not finite.
     """
     check_shape(environment, what, given, expected)
+    check_finite(environment, what, given)
+
+
+def check_finite(environment: TrainingEnvironment, what: str, given: np.ndarray) -> None:
+    """Refuse observations or rewards that are not finite.
+
+    Args:
+        environment: Whose they are.
+        what: What they are, such as ``observation of reset``.
+        given: The array, (robot,) or (robot, number).
+
+    Raises:
+        ValueError: A number is not finite; names the robot.
+    """
     wrong = np.argwhere(~np.isfinite(given))
     if len(wrong):
-        robot, column = wrong[0]
+        robot, *column = wrong[0]
+        where, failed = "", ""
+        if column:
+            where = f" in column {column[0]}"
+            failed = ", also of a robot whose simulation failed"
         raise ValueError(
-            f"{what} of {type(environment).__name__} is {given[robot][column]} for robot {robot} "
-            f"in column {column}, expected finite numbers, also of a robot whose simulation failed"
+            f"{what} of {type(environment).__name__} is {np.asarray(given)[tuple(wrong[0])]} for "
+            f"robot {robot}{where}, expected finite numbers{failed}"
         )

@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.training_environment import ToldStep, TrainingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.environments import check_finite
+from pneumorph.learn.failed_walks import with_failed
 from pneumorph.learn.networks import Policy
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.sac import Sac
@@ -112,9 +115,12 @@ def walk_batch(
 
     Returns:
         A pair for each design whose simulation did not fail, in the order asked for. Of several
-        worlds, a design's distance and return in one where its simulation failed are zero, or less
-        if they were negative; one that failed in all has no pair, and the gait is that of a world
+        worlds, a design's distance and return in one where its simulation failed are as
+        `with_failed` has them; one that failed in all has no pair, and the gait is that of a world
         where it did not fail.
+
+    Raises:
+        ValueError: An observation or a reward is not finite.
     """
     if objective is not None and objective.is_robust:
         return _walk_in_worlds(environment, space, batch, act, timestep, report, objective)
@@ -171,13 +177,20 @@ def evaluation_seeds(objective: Objective) -> list[int]:
     return [EVALUATION_SEED + number for number in range(rounds)]
 
 
+def evaluation_timesteps(count: int, objective: Objective, task: CrawlingTask) -> int:
+    """Actions of all robots where so many gaits are ranked, in whole rounds of their worlds."""
+    robust = objective.is_robust
+    worlds = len(evaluation_seeds(objective)) * objective.worlds_per_design if robust else 1
+    return count * worlds * task.action_count
+
+
 @dataclass(frozen=True, eq=False)
 class InWorlds:
     """How designs fared in several worlds each.
 
     Attributes:
-        return_cm: Sum of the rewards [cm], (design, world); where the simulation failed zero, or
-            less if it was negative.
+        return_cm: Sum of the rewards [cm], (design, world); where the simulation failed as
+            `with_failed` has it.
         distance_cm: Forward travel [cm], (design, world); where it failed likewise.
         achieved: What of the task's goal was achieved [its unit], (design, world); likewise.
         failed: Whether the simulation failed, (design, world) bool.
@@ -247,11 +260,11 @@ def walk_in_worlds(
     # A robot that fails begins its episode anew: its gait is that of the first world without.
     rounds, places = np.divmod(np.argmin(fallen, axis=1), side_by_side)
     returns, distances, achieved = (
-        np.where(fallen, np.minimum(each, 0.0), each)
+        with_failed(by_world(each), fallen)
         for each in (
-            by_world([each.return_cm for each in walked]),
-            by_world([each.distance_cm for each in walked]),
-            by_world([each.achieved for each in walked]),
+            [each.return_cm for each in walked],
+            [each.distance_cm for each in walked],
+            [each.achieved for each in walked],
         )
     )
     commands = [
@@ -283,10 +296,14 @@ def walk_episode(
         act: Turns observations (robot, observation) into actions (robot, regulator).
         report: Told the number of actions done.
         seed: Where physics are drawn, of what is drawn; None goes on with the environment's own.
+
+    Raises:
+        ValueError: An observation is not finite, or a reward that counts.
     """
     observation, _ = environment.reset(
         seed=seed, options={"designs": [space[int(i)] for i in designs]}
     )
+    check_finite(environment, "observation of reset", observation)
     commands = []
     return_cm, distance_cm, achieved = np.zeros((3, len(designs)))
     ended, failed = np.zeros((2, len(designs)), dtype=bool)
@@ -296,7 +313,10 @@ def walk_episode(
         told = ToldStep.of(info, action, reward, environment.task)
         failed |= ~ended & told.failed
         is_over = ended | failed
-        return_cm += np.where(is_over, 0.0, reward)
+        counted_cm = np.where(is_over, 0.0, reward)
+        check_finite(environment, f"observation after action {number + 1}", observation)
+        check_finite(environment, f"reward of action {number + 1}", counted_cm)
+        return_cm += counted_cm
         distance_cm += np.where(is_over, 0.0, told.distance_cm)
         achieved += np.where(is_over, 0.0, told.achieved)
         ended |= terminated | truncated

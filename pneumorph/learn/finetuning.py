@@ -17,7 +17,7 @@ import numpy as np
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
-from pneumorph.learn.evaluation import filled_batch, walk_batch
+from pneumorph.learn.evaluation import evaluation_timesteps, filled_batch, walk_batch
 from pneumorph.learn.networks import Policy
 from pneumorph.learn.policy_file import load_policy, save_policy
 from pneumorph.learn.training import Training
@@ -33,11 +33,13 @@ class Finetuned:
         pairs: A pair for each finalist whose simulation did not fail, the highest score first.
         timesteps: Actions of all robots for all finalists.
         wall_s: Wall time of all fine-tuning [s].
+        evaluation_timesteps: Actions of the finalists' walks, which `timesteps` does not count.
     """
 
     pairs: list[DesignGaitPair]
     timesteps: int
     wall_s: float
+    evaluation_timesteps: int = 0
 
 
 def finetune(
@@ -93,7 +95,8 @@ def finetune(
     training.take_over(checkpoint)
     pairs = _walked(training, designs, policies, training.timestep + span)
     ranked = sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
-    return Finetuned(ranked, len(designs) * span, wall_s)
+    walked = evaluation_timesteps(len(designs), settings.objective, settings.task)
+    return Finetuned(ranked, len(designs) * span, wall_s, walked)
 
 
 def finalists(training: Training, evaluated: Sequence[DesignGaitPair]) -> list[int]:

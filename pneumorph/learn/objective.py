@@ -50,7 +50,8 @@ class Objective(Checked):
     centring_rounds: CountOrNone = 0
     """Corrects scores for rounds whose worlds are easy or hard for all designs: scores are shifted
     by the difference between the round's mean over designs that did not fail and the mean of about
-    this many earlier rounds; 0 for no correction."""
+    this many earlier rounds; 0 for no correction. No effect on a search without learning, whose
+    generations get better: that is no sign of easy worlds."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.learn.failed_walks import with_failed, with_lost
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.objective import Objective
 
@@ -58,9 +59,8 @@ class RoundScores:
             apart: Designs that say nothing of how hard the round was: they did what was shown.
         """
         # Travel before a failure is no reason to come back to a design.
-        counted = np.where(failed, np.minimum(returns_cm, 0.0), returns_cm)
-        by_world = counted.reshape(len(designs), -1)
-        fallen = failed.reshape(by_world.shape)
+        fallen = failed.reshape(len(designs), -1)
+        by_world = with_failed(returns_cm.reshape(fallen.shape), fallen)
         scores, failing, lost = self._objective.of(by_world), np.any(fallen, 1), np.all(fallen, 1)
         in_worlds = by_world.shape[1] > 1
         if in_worlds:
@@ -77,7 +77,7 @@ class RoundScores:
             said = np.isin(self._once(designs), self._once(np.array([*apart], dtype=np.int64)))
             scores = self.level.centred(scores, ~failing & ~said)
         # A hard round's shift is no merit of a design that failed in each of its worlds.
-        scores = np.where(lost, np.minimum(scores, 0.0), scores)
+        scores = with_lost(scores, lost)
         return ScoredRound(designs, scores, failing, in_worlds, self._metrics(by_world))
 
     def _once(self, designs: np.ndarray) -> np.ndarray:

@@ -6,7 +6,8 @@ goal. A resumed search is asked and told again what it was before,
 without walking: no state of the searcher needs saving.
 
 Where an objective asks for several worlds, all candidates of a generation walk in the same ones,
-drawn anew for each generation and centred by it, as a training's rounds are. The best of so few
+drawn anew for each generation. Scores are not centred by it, as a training's rounds are: what a
+generation is better than the one before would be taken for easy worlds. The best of so few
 worlds is often the luckiest: at the end the best walk again, in the worlds of an evaluation. Until
 the objective's `nominal_until_timestep` they walk in the nominal world alone, as a training's
 designs do; the best from there are half of those that walk again. Where the best gait of each
@@ -29,6 +30,7 @@ from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.evaluated_gaits import best_of_each_design, walk_open_loop
+from pneumorph.learn.evaluation import evaluation_timesteps
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.round_scores import RoundLevel
 from pneumorph.learn.searcher import Candidates, Searcher
@@ -57,6 +59,7 @@ class SearchResult:
             by its index: where it is much, the search was too short to call its best the best.
             Scores in the nominal world and in drawn ones are not compared.
         resumed_timesteps: Actions that an earlier process had made.
+        finalist_timesteps: Actions of those that walked again in an evaluation's worlds.
     """
 
     best: Mapping[int, DesignGaitPair]
@@ -64,6 +67,7 @@ class SearchResult:
     best_achieved: np.ndarray
     late_gain_cm: Mapping[int, float]
     resumed_timesteps: int
+    finalist_timesteps: int = 0
 
     def ranked(self, space: DesignSpace, mirrored: bool = True) -> list[DesignGaitPair]:
         """The pairs, the highest score first; of a design and its mirror image, where these count
@@ -96,9 +100,11 @@ def run_search(
         searcher: Fresh; proposes candidates.
         environment: Where they walk; its designs are replaced.
         space: The design space.
-        timesteps: Actions of all robots together; the last generation may exceed them.
+        timesteps: Actions of all robots together, without those of the walks at the end; the last
+            generation may exceed them.
         folder: Receives ``search.jsonl``; a search that is there already goes on.
-        objective: What counts where candidates walk in several worlds; None for one world.
+        objective: What counts where candidates walk in several worlds; None for one world. Its
+            `centring_rounds` have no effect, but on a search that an earlier version began.
         finalist_count: How many pairs then walk in the worlds of an evaluation: the best of each
             design, the second ones and so on, until there are so many.
         every_design: Whether each design that walked has the best of its gaits among these, however
@@ -111,10 +117,11 @@ def run_search(
             not fit.
     """
     objective = objective or Objective()
-    level = RoundLevel(objective.centring_rounds)
     path = Path(folder) / LOG_FILE
-    header = {"description": json.loads(json.dumps(description or {}))}
-    known = _read_or_begin(path, header)
+    header, *known = _read_or_begin(path, json.loads(json.dumps(description or {})))
+    # Those that an earlier version began say nothing of it.
+    is_centred = header.get("centred", objective.centring_rounds > 0)
+    level = RoundLevel(objective.centring_rounds if is_centred else 0)
     task = environment.task
     goal = task.goal
     kept_of_design = _KEPT_OF_DESIGN if objective.is_robust else 1
@@ -183,10 +190,12 @@ def run_search(
         if design in earlier_cm
     }
     best = {design: pairs[0] for design, pairs in found.items()}
+    again = 0
     if objective.is_robust:
         pairs = _finalists(nominal, found, finalist_count, every_design)
         best = best_of_each_design(pairs, environment, space, objective, progress)
-    return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
+        again = evaluation_timesteps(len(pairs), objective, task)
+    return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed, again)
 
 
 def _objective_at(objective: Objective, timestep: int) -> Objective:
@@ -292,20 +301,22 @@ def _ranked(found: Mapping[int, Sequence[DesignGaitPair]]) -> list[DesignGaitPai
     return [pair for _, pair in ranked]
 
 
-def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:
-    """Distances of the generations that were walked; a last line that was cut short is dropped."""
+def _read_or_begin(path: Path, description: dict[str, Any]) -> list[Any]:
+    """What the search is, and distances of the generations that were walked; a last line that was
+    cut short is dropped."""
     if not path.exists():
+        header = {"description": description, "centred": False}
         write_atomically(path, lambda stream: stream.write((json.dumps(header) + "\n").encode()))
-        return []
+        return [header]
     lines = []
     for text in read_text(path, "search").splitlines():
         try:
             lines.append(json.loads(text))
         except json.JSONDecodeError:
             break
-    if not lines or lines[0] != header:
-        theirs = lines[0] if lines and isinstance(lines[0], dict) else {}
-        apart = differences(theirs.get("description", {}), header["description"])
+    theirs = lines[0] if lines and isinstance(lines[0], dict) else {}
+    if theirs.get("description") != description:
+        apart = differences(theirs.get("description", {}), description)
         changed = "; ".join(
             f"{name} {before!r:.80}, now {now!r:.80}" for name, before, now in apart
         )
@@ -316,4 +327,4 @@ def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:
         )
     whole = "".join(json.dumps(line) + "\n" for line in lines)
     write_atomically(path, lambda stream: stream.write(whole.encode()))
-    return lines[1:]
+    return lines

@@ -63,10 +63,10 @@ class CooptSettings(Checked):
     reported. All other timesteps of these settings count from each beginning."""
     pooled_restarts: CountOrNone = 0
     """How many of these beginnings, the last ones, learn from what all before them saw as well (not
-    in the paper; never the first): with new weights, but from the transitions of all, which they
-    learn from before their robots walk, too, and knowing what their best designs scored. So they
-    come upon the robots of all, and go on from there. Of a factored distribution the best designs
-    are only candidates in the evaluation."""
+    in the paper; never the first, so that all others do where fewer are left): with new weights,
+    but from the transitions of all, which they learn from before their robots walk, too, and
+    knowing what their best designs scored. So they come upon the robots of all, and go on from
+    there. Of a factored distribution the best designs are only candidates in the evaluation."""
     space: DesignSpace = field(default_factory=DesignSpace)
     """Designs to choose from."""
     task: CrawlingTask = field(default_factory=CrawlingTask)
@@ -142,7 +142,10 @@ class CooptSettings(Checked):
         """Of whole settings, as a run keeps them, what an earlier version did not name is as it was
         then, whatever they are laid over: the default."""
         whole = {"seed", "environment_count", "total_timesteps", "buffer_size", "updates"}
-        return settings_to_dict(cls()) if whole <= content.keys() else {}
+        if whole <= content.keys():
+            return settings_to_dict(cls())
+        _refuse_pooling_of_none(content, {**below, **content}.get("restarts", cls.restarts))
+        return {}
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -235,6 +238,22 @@ class CooptSettings(Checked):
     def finalist_timesteps(self) -> int:
         """Timesteps of fine-tuning for each finalist, in whole rounds."""
         return self.finetuning.round_count(self.timesteps_per_round) * self.timesteps_per_round
+
+
+def _refuse_pooling_of_none(content: Mapping[str, Any], restarts: Any) -> None:
+    """Refuse settings that ask for more pooled beginnings than can be; those of a preset may be
+    more, where fewer beginnings are asked for beside it.
+
+    Raises:
+        ValueError: They do.
+    """
+    pooled = content.get("pooled_restarts")
+    if isinstance(pooled, int) and isinstance(restarts, int) and 0 < restarts <= pooled:
+        raise ValueError(
+            f"pooled_restarts is {pooled} and restarts is {restarts}, expected at most "
+            f"{restarts - 1} pooled ones: the first beginning has nothing to learn from; set "
+            f"restarts to {pooled + 1} or more beside it"
+        )
 
 
 def paper_settings(seed: int = 0) -> CooptSettings:

@@ -27,7 +27,7 @@ from pneumorph.learn.environments import (
     state_size,
 )
 from pneumorph.learn.evaluated_gaits import best_of_each_design
-from pneumorph.learn.evaluation import evaluate_policy
+from pneumorph.learn.evaluation import evaluate_policy, evaluation_timesteps
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.objective import Objective
@@ -102,6 +102,9 @@ class Training:
         """Score of the best pair at the end of each beginning; None where none came to its end."""
         self.update_count = 0
         self.failure_count = 0
+        self.evaluation_timesteps: int | None = 0
+        """Actions of walks that rank gaits, which `timestep` does not count; None where an earlier
+        version began, which did not count them."""
         self.clock = StageClock()
         self._reset = self.clock.timed("simulate", self.environment.reset)
         self._step = self.clock.timed("simulate", self.environment.step)
@@ -440,12 +443,18 @@ class Training:
         Returns:
             The best of each design, the highest score first.
         """
+        self.count_evaluated(len(self.demonstrations), self.settings.objective)
         walked = self.clock.timed("evaluate", best_of_each_design)(
             self.demonstrations, self.judged, self.space, self.settings.objective
         )
         pairs = sorted(walked.values(), key=lambda pair: pair.score_cm, reverse=True)
         self.best.offer(pairs)
         return pairs
+
+    def count_evaluated(self, count: int, objective: Objective) -> None:
+        """Count the actions of so many gaits that are ranked by an objective."""
+        if self.evaluation_timesteps is not None:
+            self.evaluation_timesteps += evaluation_timesteps(count, objective, self.settings.task)
 
     def _shortlisted(self, designs: np.ndarray, progress: Progress | None) -> np.ndarray:
         """Those that do best in few of the worlds as robots learn, one of a design and its image
@@ -465,6 +474,7 @@ class Training:
         objective: Objective,
         progress: Progress | None,
     ) -> list[DesignGaitPair]:
+        self.count_evaluated(len(designs), objective)
         return self.clock.timed("evaluate", evaluate_policy)(
             environment,
             self.space,
@@ -492,6 +502,7 @@ class Training:
             "found": [*self.pool.scores_cm.items()],
             "update_count": self.update_count,
             "failure_count": self.failure_count,
+            "evaluation_timesteps": self.evaluation_timesteps,
             "seconds": dict(self.clock.seconds),
             **self.learned.metadata(),
         }
@@ -523,6 +534,7 @@ class Training:
         self.restart_scores_cm = list(metadata.get("restart_scores_cm", []))
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
+        self.evaluation_timesteps = metadata.get("evaluation_timesteps")
         self.clock.clear()
         self.clock.seconds.update(metadata["seconds"])
 

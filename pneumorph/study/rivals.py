@@ -15,6 +15,7 @@ import numpy as np
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
+from pneumorph.learn.evaluation import evaluation_timesteps
 from pneumorph.learn.genetic_algorithm import GeneticSettings
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
@@ -29,7 +30,7 @@ from pneumorph.study.certified_candidates import (
 from pneumorph.study.certified_pairs import Band, share_beyond
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.robustness import walks_in_worlds
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import PAIRS_OF_RUN, SearchSettings, search
 from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_result import TrainingResult
@@ -55,7 +56,8 @@ class Contender:
     Attributes:
         method: ``learned``, ``uniform``, ``by_hand`` or a search's.
         seed: Of the training beside which it stands.
-        timesteps: Actions of all robots that were spent on it.
+        timesteps: Actions of all robots that were spent on it; of a training that does not say
+            what its evaluations took, and of searches beside it, without walks that ranked gaits.
         wall_s: Wall time of that [s]; of a training without its baseline and its certificate.
         design: The design.
         gait: The gait.
@@ -116,7 +118,7 @@ def learned(run: FinishedRun) -> Contender:
     return Contender(
         "learned",
         result.seed,
-        learned_timesteps(run),
+        _spent(run),
         result.training_wall_s + (result.finetuning_wall_s or 0.0),
         pair.design,
         pair.gait,
@@ -221,6 +223,9 @@ def _best_uniform(
 def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
     """What a search finds with a training's time, worlds, objective and seed; None for nothing.
 
+    The time is that of all walks, those that rank gaits among them; beside a training of an earlier
+    version, which does not say what its evaluations took, that of the others.
+
     `gaits` searches the gait of each of the training's best designs by CMA-ES, which it is told.
     The genetic algorithm has its usual population, or fewer where the time is short.
 
@@ -233,9 +238,10 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
     learner = run.structured("coopt", CooptSettings)
     # As much of its time in the nominal world as the training's beginnings have.
     nominal_until = learner.restarts * learner.objective.nominal_until_timestep
+    timesteps, finalist_count = _time(run, method)
     settings = SearchSettings(
         method=method,
-        timesteps=learned_timesteps(run),
+        timesteps=timesteps,
         seed=seed,
         random_design_count=0,
         environment_count=run.of_settings("coopt.environment_count", int),
@@ -243,7 +249,8 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
         space=run.space,
         usual_design=run.baseline.design,
         objective=replace(learner.objective, nominal_until_timestep=nominal_until),
-        genetic=GeneticSettings(population=_population(run)),
+        genetic=GeneticSettings(population=_population(run, timesteps)),
+        finalist_count=finalist_count,
     )
     place = study_folder(work / run.digest() / method, "search")
     found = study_once(
@@ -267,20 +274,46 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
     limits = (run.task.minimum_pressure_kPa, run.task.maximum_pressure_kPa)
     gait, _ = read_gait(file, *limits)
     design = Design.parse(best.design)
-    return Contender(method, seed, found.timesteps, found.wall_s, design, gait, file, best.score_cm)
+    spent = found.timesteps
+    if _tells_evaluations(run):
+        spent += found.finalist_timesteps or 0
+    return Contender(method, seed, spent, found.wall_s, design, gait, file, best.score_cm)
 
 
-def _population(run: FinishedRun) -> int:
+def _time(run: FinishedRun, method: Method) -> tuple[int, int]:
+    """Actions of a search until it is over, and how many gaits it then ranks: together they take
+    as long as the training, the second no more than a third."""
+    usual = SearchSettings.finalist_count
+    if not _tells_evaluations(run):
+        return learned_timesteps(run), usual
+    each = evaluation_timesteps(1, run.objective or Objective(), run.task)
+    # A search of gaits ranks one of each design: the expert's and those of the pairs.
+    least = 1 + len(run.pairs(PAIRS_OF_RUN)) if method == "gaits" else 1
+    count = max(least, min(usual, _spent(run) // (3 * each)))
+    return max(1, _spent(run) - count * each), count
+
+
+def _tells_evaluations(run: FinishedRun) -> bool:
+    return run.result(TrainingResult).evaluation_timesteps is not None
+
+
+def _spent(run: FinishedRun) -> int:
+    """Actions of all robots of a training, as far as it tells them."""
+    return learned_timesteps(run) + (run.result(TrainingResult).evaluation_timesteps or 0)
+
+
+def _population(run: FinishedRun, timesteps: int) -> int:
     """Candidates of a generation: as many as there are for `_GENERATIONS` of whole rounds."""
     coopt, usual = run.structured("coopt", CooptSettings), GeneticSettings().population
     together = coopt.designs_per_round
     walk = coopt.objective.worlds_per_design * coopt.task.action_count
-    fitting = learned_timesteps(run) // (_GENERATIONS * walk)
+    fitting = timesteps // (_GENERATIONS * walk)
     return min(usual, max(2, together, fitting // together * together))
 
 
 def learned_timesteps(run: FinishedRun) -> int:
-    """Actions of all robots that a training took, fine-tuning included."""
+    """Actions of all robots that a training took, fine-tuning included, but for walks that rank
+    gaits."""
     result = run.result(TrainingResult)
     return result.timesteps + result.finetuning_timesteps
 

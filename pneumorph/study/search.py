@@ -62,7 +62,7 @@ from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 _GAITS_OF_EACH_DESIGN = 960
 _TIMESTEPS = 1_000_000
-_PAIRS_OF_RUN = 5
+PAIRS_OF_RUN = 5
 """Best pairs of a run whose designs are searched."""
 
 
@@ -80,8 +80,9 @@ class SearchSettings(Checked):
     random_design_count: CountOrNone = 30
     """Number of designs, drawn at random, whose gaits are searched."""
     timesteps: Count | None = None
-    """Actions of all robots together, to the end of the generation that reaches them. None: one
-    million, and for --method gaits 960 gaits of each design."""
+    """Actions of all robots together, to the end of the generation that reaches them; those of a
+    final evaluation come on top. None: one million, and for --method gaits 960 gaits of each
+    design."""
     seed: CountOrNone = 0
     """Seed of every random number."""
     environment_count: Count = 96
@@ -95,7 +96,7 @@ class SearchSettings(Checked):
     task: CrawlingTask = field(default_factory=CrawlingTask)
     objective: Objective = field(default_factory=Objective)
     """How distances in several worlds become one score; if it asks for one world, the nominal world
-    is used."""
+    is used. Of its options --objective.centring-rounds has no effect."""
     finalist_count: Count = 24
     """Number of pairs that walk in the worlds of a final evaluation, if candidates walked in
     several; at least one for each searched design."""
@@ -169,7 +170,9 @@ def search(
     if (long := _long_generation(settings, designs)) is not None:
         folder.progress.say(long)
     # Before the search, which takes hours: a run that lost its policy ends here.
-    by_policy = _policy_pairs(environment, space, learned, list(designs), folder, objective)
+    by_policy, without = _policy_pairs(
+        environment, space, learned, list(designs), folder, objective
+    )
     action_s = task.action_step_count * robot.physics.time_step_s
     own = _own_pairs(environment, space, learned, list(designs), action_s, folder, objective)
     folder.progress.stage(f"searching ({settings.method})")
@@ -211,6 +214,7 @@ def search(
             *own_task,
             *before,
             *idle,
+            *without,
             *_of_same_worlds(own, objective),
             *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
             *_range_notes(robot, space, task, walked),
@@ -218,6 +222,7 @@ def search(
         seed=settings.seed,
         goal=task.goal,
         best_achieved=None if best is None else best.achieved,
+        finalist_timesteps=found.finalist_timesteps,
         **robot.describe(reduced=False),
         wall_s=time.monotonic() - start,
         status=status_of(walked or None),
@@ -307,7 +312,7 @@ def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int,
     usual = Design.parse(settings.usual_design)
     asked = [(str(usual), "expert's design")] if _is_one_of(space, usual) else []
     if learned is not None:
-        pairs = learned.pairs(_PAIRS_OF_RUN)
+        pairs = learned.pairs(PAIRS_OF_RUN)
         asked += [(str(pair.design), f"L{rank}") for rank, pair in enumerate(pairs, 1)]
     asked += [(design, "asked for") for design in settings.designs]
     for text, why in asked:
@@ -348,17 +353,22 @@ def _policy_pairs(
     designs: list[int],
     folder: RunFolder,
     objective: Objective,
-) -> dict[int, DesignGaitPair]:
-    """What the run's one policy does with each design without noise."""
+) -> tuple[dict[int, DesignGaitPair], tuple[str, ...]]:
+    """What the run's one policy does with each design without noise, and what is to be said: one
+    that observes what only its own task shows is left out."""
     if learned is None or not designs:
-        return {}
-    folder.progress.stage("walking the designs with the learned policy")
+        return {}, ()
     policy, settings, _ = load_policy(learned.folder / TRAINING_FOLDER / POLICY_FILE)
-    learner = Sac(
-        settings.task.state_size + space.feature_count,
-        settings.task.regulator_count,
-        settings.sac,
-    )
+    observed = settings.task.state_size + space.feature_count
+    if policy.observation_size != observed:
+        note = (
+            f"the policy of {learned.folder} is left out: it observes {policy.observation_size} "
+            f"numbers, and robots that crawl here show {observed}; it learned a task of its own"
+        )
+        folder.progress.say(note)
+        return {}, (note,)
+    folder.progress.stage("walking the designs with the learned policy")
+    learner = Sac(observed, settings.task.regulator_count, settings.sac)
     pairs = evaluate_policy(
         environment,
         space,
@@ -368,7 +378,7 @@ def _policy_pairs(
         progress=folder.progress,
         objective=objective,
     )
-    return {pair.design: pair for pair in pairs}
+    return {pair.design: pair for pair in pairs}, ()
 
 
 def _own_pairs(
@@ -386,7 +396,7 @@ def _own_pairs(
         return {}
     folder.progress.stage("walking the run's pairs")
     task, pairs = environment.task, []
-    for rank, pair in enumerate(learned.pairs(_PAIRS_OF_RUN), 1):
+    for rank, pair in enumerate(learned.pairs(PAIRS_OF_RUN), 1):
         try:
             pairs.append(known_pair(pair.gait, pair.design, space, task, action_s, "policy"))
         except ValueError as error:  # of a task with lower pressures, say

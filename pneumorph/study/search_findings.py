@@ -76,7 +76,7 @@ class SearchFindings:
     """In one world; the mean over those of an evaluation where there are several."""
     timesteps: int
     simulated_s: float
-    """Simulated time of all robots [s]."""
+    """Simulated time of all robots [s], until the search was over."""
     notes: tuple[str, ...]
     seed: int
     damping: str
@@ -95,6 +95,9 @@ class SearchFindings:
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of the goal the best pair achieved; None in files of earlier versions."""
+    finalist_timesteps: int | None = None
+    """Actions of the walks in an evaluation's worlds after that; None in files of earlier
+    versions."""
     status: str = "completed"
     """``completed``, or that no robot survived."""
 

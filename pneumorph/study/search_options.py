@@ -82,6 +82,9 @@ class SearchOptions:
             found["search.kept_pair_count"] = "without --method random or genetic"
         idle = idle_of_objective(asked.objective)
         found |= {f"search.objective.{name}": why for name, why in idle.items()}
+        found["search.objective.centring_rounds"] = (
+            "of a search, whose generations get better without easier worlds"
+        )
         if not asked.objective.is_robust:
             several = "where candidates walk in one world (--objective.worlds-per-design 1)"
             found |= {"search.finalist_count": several, "randomisation": several}

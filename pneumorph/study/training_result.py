@@ -61,6 +61,9 @@ class TrainingResult(BestPhase):
     """What the gait file does."""
     timesteps: int
     finetuning_timesteps: int
+    evaluation_timesteps: int | None = None
+    """Actions of all walks that ranked gaits, which neither of these counts; None where an earlier
+    version began."""
     update_count: int
     failed_episode_count: int
     seed: int
@@ -133,8 +136,8 @@ class TrainingResult(BestPhase):
 def fields_of_learned(learned: CooptResult) -> dict[str, Any]:
     """What the learner tells, as fields of a `TrainingResult`."""
     best = learned.best
-    counts = ("timesteps", "finetuning_timesteps", "update_count", "failed_episode_count")
-    same = (*counts, *_TIMES, "finetuning_wall_s", "restart_scores_cm")
+    counts = ("timesteps", "finetuning_timesteps", "evaluation_timesteps", "update_count")
+    same = (*counts, "failed_episode_count", *_TIMES, "finetuning_wall_s", "restart_scores_cm")
     return {
         **{name: getattr(learned, name) for name in same},
         "status": status_of(best),

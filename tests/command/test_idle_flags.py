@@ -32,6 +32,8 @@ IDLE = {
     "search --physics published --randomisation.friction 0.3": "candidates walk in one world",
     "search --physics published --finalist-count 3": "candidates walk in one world",
     "search --physics published --objective.evaluation-worlds 3": "walk in one world",
+    "search --objective.centring-rounds 4": "--objective.centring-rounds: expected to be left out "
+    "of a search",
     "search --method genetic --gaits.population 4": "--gaits.population: expected to be left out "
     "without --method gaits",
     "search --method genetic --designs 1.0.0.2.2.0.0.1": "--designs: expected",

@@ -294,6 +294,18 @@ def test_observations_that_are_not_finite_are_refused(place: str, what: str) -> 
         training.run_round()
 
 
+@pytest.mark.parametrize(
+    ("place", "what"),
+    [("reset", "observation of reset"), ("step", "observation after action 1")],
+)
+def test_an_evaluation_refuses_them_as_well(place: str, what: str) -> None:
+    settings = settings_of(1)
+    usual = crawling(viscous_crawler_robot, make_simulator, settings)
+    training = Training(lambda designs: Blind(usual(designs), place), settings)
+    with pytest.raises(ValueError, match=f"^{what} of Blind is nan for robot 2 in column 1"):
+        training.evaluate()
+
+
 class Rich(TaskWrapper):
     """Rewards whose squares single precision does not hold."""
 

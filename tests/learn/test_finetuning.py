@@ -107,6 +107,9 @@ def test_finetuning_improves_a_policy_that_has_not_converged(
     assert summary.best.distance_cm > summary.policy_best_distance_cm
     assert summary.best.distance_cm < 1.05 * best_distances_cm().max()
     assert summary.finetuning_timesteps == 2 * 4096  # whole rounds of 256 timesteps
+    # The evaluation, of a design or its image, and the two finalists.
+    designs = len(set(map(SPACE.twin, range(len(SPACE)))))
+    assert summary.evaluation_timesteps == (designs + 2) * TASK.action_count
     assert summary.timesteps == SETTINGS.total_timesteps
 
 

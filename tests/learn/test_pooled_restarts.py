@@ -11,6 +11,8 @@ from helpers.stopped_run import Killed, assert_same, run, timeless
 from helpers.toy_coopt import make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.layers import layered
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.learn.checkpoint import load_checkpoint
@@ -225,6 +227,21 @@ def test_the_only_beginning_is_never_pooled(tmp_path: Path) -> None:
     run(tmp_path / "usual", ONE)
     ours, theirs = (list(map(timeless, read_metrics(tmp_path / each))) for each in ("one", "usual"))
     assert ours == theirs
+
+
+def test_more_pooled_beginnings_than_there_can_be_are_refused() -> None:
+    """Not those that a preset has where fewer beginnings are asked for, nor whole settings that an
+    earlier version accepted."""
+    preset = replace(ONE, restarts=12, pooled_restarts=4)
+    assert layered(preset, [{"restarts": 1}]).restarts == 1
+    assert layered(preset, [{"restarts": 3, "pooled_restarts": 2}]).pooled_restarts == 2
+    kept = replace(ONE, pooled_restarts=3)
+    assert layered(preset, [settings_to_dict(kept)]) == kept
+    said = "pooled_restarts is 9 and restarts is 2, expected at most 1 .* set restarts to 10"
+    with pytest.raises(ValueError, match=said):
+        layered(preset, [{"restarts": 2, "pooled_restarts": 9}])
+    with pytest.raises(ValueError, match="pooled_restarts is 3 and restarts is 1, expected"):
+        layered(ONE, [{"pooled_restarts": 3}])
 
 
 def test_one_killed_after_its_last_round_evaluates_the_same_designs(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 import pytest
 from helpers.stopped_run import Killed, assert_same, run, timeless
-from helpers.toy_coopt import CrawlersInWorlds, make_simulator, toy_settings
+from helpers.toy_coopt import SPACE, TASK, CrawlersInWorlds, make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
@@ -25,6 +25,8 @@ from pneumorph.learn.training import Training, restart_seed
 
 ONE = toy_settings(round_count=4, seed=1, environment_count=4)
 SETTINGS = replace(ONE, restarts=3)
+EVALUATION = len(set(map(SPACE.twin, range(len(SPACE))))) * TASK.action_count
+"""Actions of one, of a design or its image."""
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +79,23 @@ def test_the_best_beginning_is_kept(straight: tuple[Path, CooptResult], alone: l
     # The policy is what a learner's state begins with.
     for number, leaf in enumerate(jax.tree.leaves(policy)):
         np.testing.assert_array_equal(np.asarray(leaf), learned[f"sac/{number}"])
+
+
+def test_walks_that_rank_gaits_are_counted(straight: tuple[Path, CooptResult]) -> None:
+    """All designs but for images at the end of each beginning, and at the end; no walk that
+    learns."""
+    assert straight[1].evaluation_timesteps == (SETTINGS.restarts + 1) * EVALUATION
+
+
+def test_a_training_that_an_earlier_version_began_does_not_say_what_ranked_its_gaits() -> None:
+    training = Training(crawling(viscous_crawler_robot, make_simulator, ONE), ONE)
+    training.evaluate()
+    kept = training.metadata()
+    assert kept["evaluation_timesteps"] == EVALUATION
+    del kept["evaluation_timesteps"]
+    training.restore(training.arrays(), kept)
+    training.evaluate()
+    assert training.evaluation_timesteps is None
 
 
 def test_the_first_beginning_is_a_training_without_others(

@@ -1,5 +1,6 @@
 """Searches find the known best of a toy space, and a stopped one goes on to the same bits."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -33,6 +34,7 @@ from pneumorph.learn.genetic_algorithm import (
 )
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
+from pneumorph.learn.round_scores import RoundLevel
 from pneumorph.learn.search_run import FAILED_CM, LOG_FILE, SearchResult, run_search
 from pneumorph.learn.searcher import Candidates, Searcher
 from pneumorph.robot.design_space import DesignSpace
@@ -379,6 +381,72 @@ def test_a_search_in_worlds_goes_on_to_the_same_bits(tmp_path: Path) -> None:
         pair.score_cm for pair in straight.ranked(SPACE)
     ]
     assert (folders[0] / LOG_FILE).read_text() == (folders[1] / LOG_FILE).read_text()
+
+
+@pytest.mark.parametrize("method", ["gaits", "random", "genetic"])
+@pytest.mark.parametrize("objective", [ROBUST, Objective()])
+def test_generations_that_get_better_are_no_sign_of_easy_worlds(
+    tmp_path: Path, method: str, objective: Objective
+) -> None:
+    """Scores are not centred by their generation, in one world nor in several."""
+    plain, centred = (
+        run_search(
+            searcher(method),
+            in_worlds(),
+            SPACE,
+            4 * 30 * objective.worlds_per_design * TASK.action_count,
+            tmp_path / str(rounds),
+            objective=replace(objective, centring_rounds=rounds),
+        )
+        for rounds in (0, 3)
+    )
+    assert {design: pair.score_cm for design, pair in centred.best.items()} == {
+        design: pair.score_cm for design, pair in plain.best.items()
+    }
+
+
+@pytest.mark.parametrize("objective", [ROBUST, Objective()])
+def test_a_search_that_an_earlier_version_began_stays_centred(
+    tmp_path: Path, objective: Objective
+) -> None:
+    """Its candidates follow from what the searcher was told."""
+    centred, size = replace(objective, centring_rounds=3), 20 * TASK.action_count
+    earlier, new = tmp_path / "earlier", tmp_path / "new"
+    earlier.mkdir()
+    (earlier / LOG_FILE).write_text('{"description": {}}\n')
+    told: list[np.ndarray] = []
+    searching = searcher("genetic")
+    tell = searching.tell
+
+    def noted(distance_cm: np.ndarray) -> None:
+        told.append(distance_cm)
+        tell(distance_cm)
+
+    searching.tell = noted  # type: ignore[method-assign]
+    several = 3 * size * objective.worlds_per_design
+    run_search(searching, in_worlds(), SPACE, several, earlier, objective=centred)
+    header, *lines = map(json.loads, (earlier / LOG_FILE).read_text().splitlines())
+    assert header == {"description": {}}
+    level = RoundLevel(3)
+    for line, scores in zip(lines, told, strict=True):
+        walked = np.atleast_2d(line)[0]
+        np.testing.assert_array_equal(scores, level.centred(walked))
+    again = run_search(
+        searcher("genetic"), in_worlds(), SPACE, 2 * several, earlier, objective=centred
+    )
+    assert again.resumed_timesteps == several
+    run_search(searcher("genetic"), in_worlds(), SPACE, several, new, objective=centred)
+    assert json.loads((new / LOG_FILE).read_text().splitlines()[0])["centred"] is False
+
+
+def test_walks_at_the_end_of_a_search_are_counted_apart(tmp_path: Path) -> None:
+    """24 gaits in 8 worlds; none in one world."""
+    timesteps = 3 * 20 * 4 * TASK.action_count
+    found = run_search(searcher("random"), in_worlds(), SPACE, timesteps, tmp_path / "worlds",
+                       objective=ROBUST)  # fmt: skip
+    assert found.timesteps[-1] == timesteps
+    assert found.finalist_timesteps == 24 * 8 * TASK.action_count
+    assert search("random", 320, tmp_path / "world").finalist_timesteps == 0
 
 
 def test_the_luckiest_walk_is_no_reason_to_be_the_best(tmp_path: Path) -> None:

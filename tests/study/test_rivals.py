@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,11 +16,13 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.learn.objective import Objective
 from pneumorph.robot.design import Design
+from pneumorph.study import rivals
 from pneumorph.study.certified_candidates import CertificateSettings, worlds_of_training
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.rivals import (
     METHODS,
     Found,
+    Method,
     learned,
     learned_timesteps,
     searched,
@@ -27,6 +30,7 @@ from pneumorph.study.rivals import (
     worlds_of,
 )
 from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.search import SearchSettings
 
 WORLDS = 6
 
@@ -39,6 +43,7 @@ def turning(tmp_path_factory: pytest.TempPathFactory) -> FinishedRun:
     robust = (
         "--randomize --randomisation.mass-factor U(0.8,1.2) --randomisation.modulus-factor 1 "
         "--objective.kind mean_minus_deviations --objective.worlds-per-design 4 "
+        "--objective.evaluation-worlds 4 "
         "--certified-world-count 0 --task.reward.goal turn_left"
     )
     asked = f"coopt --part {leg} --out {folder / 'run'} {SHORT_FINETUNING} {robust}"
@@ -58,6 +63,52 @@ def test_searches_get_the_time_of_the_training(turning: FinishedRun, tmp_path: P
             found = Found.of(contender, achieved, np.full(WORLDS, -1e9))
             assert found.band.low <= found.band.high
             assert found.share_beyond_expert == 1.0
+
+
+def asked_of(run: FinishedRun, method: Method, monkeypatch: pytest.MonkeyPatch, work: Path) -> Any:
+    """What is asked of a search beside a training."""
+
+    class AskedError(Exception):
+        pass
+
+    asked: list[SearchSettings] = []
+
+    def instead(settings: SearchSettings, *_: Any) -> None:
+        asked.append(settings)
+        raise AskedError
+
+    monkeypatch.setattr(rivals, "search", instead)
+    with pytest.raises(AskedError):
+        searched(run, method, work)
+    return asked[0]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_walks_that_rank_gaits_are_within_the_time(
+    turning: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: Method
+) -> None:
+    """20 actions rank a gait: 5 in each of 4 worlds. 24 gaits are ranked where the time is long, no
+    more than a third of it counts for that where it is short, but for one of each design."""
+    evaluations = turning.of_summary("evaluation_timesteps", int)
+    # Of the end: four designs first in a quarter of the worlds or all, and the two finalists.
+    assert evaluations >= 6 * 20
+    for told, count in ((10_000, 24), (20 * 15 - 100, 5)):
+        longer = replace(turning, summary={**turning.summary, "evaluation_timesteps": told})
+        assert learned(longer).timesteps == 100 + told
+        asked = asked_of(longer, method, monkeypatch, tmp_path / str(told))
+        assert asked.finalist_count == count
+        assert asked.timesteps == 100 + told - count * 20
+
+
+def test_beside_a_training_of_an_earlier_version_neither_counts_them(
+    turning: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that what was kept beside it is of the same settings."""
+    summary = {k: v for k, v in turning.summary.items() if k != "evaluation_timesteps"}
+    earlier = replace(turning, summary=summary)
+    assert learned(earlier).timesteps == learned_timesteps(earlier) == 100
+    asked = asked_of(earlier, "random", monkeypatch, tmp_path)
+    assert (asked.timesteps, asked.finalist_count) == (100, SearchSettings().finalist_count)
 
 
 def test_the_genetic_algorithm_has_generations_where_the_time_is_short(

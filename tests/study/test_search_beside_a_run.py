@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from helpers.short_training import SHORT_FINETUNING
 from helpers.synthetic_part import synthetic_reduced_part
+from jax.random import PRNGKey
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.gait_search import GaitSearchSettings
+from pneumorph.learn.networks import Policy
 from pneumorph.learn.objective import Objective
+from pneumorph.learn.policy_file import load_policy
 from pneumorph.simulation.randomised_simulator import worlds_of_round
 from pneumorph.study import search as study
 from pneumorph.study.finished_run import FinishedRun
@@ -35,6 +38,7 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> FinishedRun:
     robust = (
         "--randomize --randomisation.mass-factor U(0.8,1.2) --randomisation.modulus-factor 1 "
         f"--objective.kind mean_minus_deviations --objective.worlds-per-design 4 --seed {SEED} "
+        "--objective.evaluation-worlds 4 "
         "--certified-world-count 0"
     )
     asked = f"coopt --part {leg} --out {folder / 'run'} {SHORT_FINETUNING} {robust}"
@@ -104,6 +108,21 @@ def test_in_one_world_they_walk_in_that(learned: FinishedRun, tmp_path: Path) ->
         assert abs(told - (pair.distance_cm or 0.0)) > 0.005
     (note,) = [note for note in found.notes if "fine-tuned policy" in note]
     assert "are in the world as it stands" in note
+
+
+def test_a_policy_of_other_observations_is_left_out(
+    learned: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A task of one's own may show more than the robots of the package do."""
+    _, settings, _ = load_policy(learned.folder / "training" / "policy.npz")
+    size = settings.task.state_size + settings.space.feature_count
+    policy = Policy(size + 3, settings.task.regulator_count, settings.sac.hidden_sizes, PRNGKey(0))
+    monkeypatch.setattr(study, "load_policy", lambda _: (policy, settings, {}))
+    found = searched(learned, tmp_path, objective=Objective())
+    said = f"it observes {size + 3} numbers, and robots that crawl here show {size}"
+    assert [said in note for note in found.notes].count(True) == 1
+    assert by_run(found, 1).policy_distance_cm is None
+    assert by_run(found, 1).learned_distance_cm is not None
 
 
 @pytest.mark.parametrize(("method", "every"), [("gaits", True), ("random", False)])

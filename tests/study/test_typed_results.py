@@ -12,7 +12,8 @@ import pytest
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import load_result, result_to_dict, save_result
 from pneumorph.exchange.conversion import ConvertedFile
-from pneumorph.fabrication.fabricated_robot import FabricatedRobot, FabricatedSolid
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot
+from pneumorph.fabrication.fabricated_solid import FabricatedSolid
 from pneumorph.fabrication.parts_list import Part
 from pneumorph.fabrication.tube_plan import TubeRun
 from pneumorph.physics.calibration import UsedCalibration

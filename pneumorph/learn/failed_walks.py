@@ -1,0 +1,36 @@
+"""What walks count for whose simulation failed: never more than those that came to their end."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def with_failed(values: np.ndarray, failed: np.ndarray) -> np.ndarray:
+    """What designs achieve in worlds, where a failed walk counts for no more than zero, for no more
+    than it had until then, and for no more than the least that its design achieved in a world where
+    it did not fail: penalties would make a short walk the best.
+
+    Args:
+        values: Returns or distances, (design, world).
+        failed: Whether the simulation failed, (design, world) bool.
+
+    Returns:
+        The same where nothing failed, (design, world).
+    """
+    least = np.where(failed, np.inf, values).min(axis=1, keepdims=True)
+    return np.where(failed, np.minimum(np.minimum(values, 0.0), least), values)
+
+
+def with_lost(scores: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """Scores of a round, where a design that failed in all its worlds has no more than zero, and no
+    more than the lowest of those that did not.
+
+    Args:
+        scores: The scores, (design,).
+        lost: Whether it failed in all of them, (design,) bool.
+
+    Returns:
+        The same where none is lost, (design,).
+    """
+    most = min(0.0, scores[~lost].min(initial=0.0))
+    return np.where(lost, np.minimum(scores, most), scores)
