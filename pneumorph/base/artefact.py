@@ -209,11 +209,18 @@ def load_artefact(
 
     Raises:
         FileNotFoundError: No such file.
-        ArtefactError: The file is truncated, of another kind or of another format version.
+        ArtefactError: The file is truncated, of another kind or of another format version, or it is
+            a folder.
     """
     path = Path(path)
     if not path.exists():
         raise FileNotFoundError(f"{kind} file {path} does not exist")
+    if path.is_dir():
+        inside = next((each for each in sorted(path.glob("*.npz")) if _is_of(each, kind)), None)
+        raise ArtefactError(
+            f"{path} is a folder, expected a {kind} file: "
+            + ("it holds none" if inside is None else f"give {inside}, which is one")
+        )
     try:
         with np.load(path, allow_pickle=False) as archive:
             names = [name for name in archive.files if name not in ("metadata", *leave)]
@@ -238,6 +245,15 @@ def load_artefact(
             "matching release"
         )
     return arrays, metadata
+
+
+def _is_of(path: Path, kind: str) -> bool:
+    """Whether a file says that it holds an artefact of a kind."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return bool(json.loads(str(archive["metadata"]))["kind"] == kind)
+    except _UNREADABLE:
+        return False
 
 
 def _said(error: BaseException) -> str:

@@ -29,6 +29,8 @@ _BESIDE_MM = 1e-3
 """Faces that are so much further away than the nearest are as near [mm]."""
 _SMALLEST_HUB_MM = 2.0
 """A hub that is smaller was probably given in metres [mm]."""
+_SHIFT_MM = 0.1
+"""What shifts that an error tells are rounded to [mm]."""
 ALLOWED_BY = "allow it by mounting_tolerance_mm"
 
 
@@ -101,18 +103,24 @@ def check_mounted(
     wrong: dict[str, str] = {}
     for number, site in enumerate(sites):
         where = _where(sites, number)
-        for kind, module in enumerate(site.modules):
-            if not space.allows_together({number: _fittings(space, number, kind)}):
-                continue
+        placed = [
+            (module, site.pose_of(module))
+            for kind, module in enumerate(site.modules)
+            if space.allows_together({number: _fittings(space, number, kind)})
+        ]
+        for module, pose in placed:
             if module.face is None:
                 raise ValueError(
                     f"module {module.name} at {where} does not say what of it is attached, "
                     "expected the mesh that it was made from: give its mesh, or reduce it again"
                 )
-            pose = site.pose_of(module)
-            said = _misplaced(module, pose, nodes, skin, tolerance_mm, allowed_by)
+            if where in wrong:
+                continue
+            # What would mend it takes seconds to find, and is told of the first alone.
+            shifted = [] if wrong else [each for each in placed if each[0].face is not None]
+            said = _misplaced(module, pose, (nodes, skin), tolerance_mm, allowed_by, shifted)
             if said is not None:
-                wrong.setdefault(where, f"module {module.name} at {where} {said}")
+                wrong[where] = f"module {module.name} at {where} {said}"
     if wrong:
         first, *others = wrong
         raise ValueError(
@@ -123,13 +131,15 @@ def check_mounted(
 def _misplaced(
     module: Module,
     pose: Pose,
-    nodes: np.ndarray,
-    skin: np.ndarray,
+    hub: tuple[np.ndarray, np.ndarray],
     tolerance_mm: float,
     allowed_by: str,
+    placed: Sequence[tuple[Module, Pose]],
 ) -> str | None:
-    """What is wrong with where a module is on a hub of these nodes and skin; None for nothing."""
+    """What is wrong with where a module is on a hub of these nodes and skin; None for nothing. A
+    shift of the site that mends it is looked for with all of its modules, as they are placed."""
     assert module.face is not None
+    nodes, skin = hub
     face = pose.apply(module.face.translation)
     gap = distance_to(face, nodes[skin])
     if gap > tolerance_mm and winding_number(face[None], nodes, skin)[0] < 0.5:
@@ -144,7 +154,7 @@ def _misplaced(
     if depth <= tolerance_mm:
         # In a hub that is thin beside what is allowed nothing is deep.
         length_mm = float(((own - face) @ outwards).max())
-        through = _way_through(face, outwards, length_mm, tolerance_mm, (nodes, skin))
+        through = _way_through(face, outwards, length_mm, tolerance_mm, hub)
         if through <= _WAY_OUT * tolerance_mm + 1.0:
             return None
         return (
@@ -153,35 +163,88 @@ def _misplaced(
         )
     bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
     behind = float((face - place) @ outwards)
-    askew = _askew_deg(face, outwards, nodes[skin])
-    cause = (
-        "does the site's x axis point away from the hub, whose height is from "
-        f"{bottom:g} to {top:g} mm? It is {askew:.3g} degrees off the normal of the nearest face; "
-        "turn or move the site"
-        if gap > tolerance_mm or behind < tolerance_mm
-        else f"that is {behind:.1f} mm behind its attachment face, where base plates "
-        "reach; move the site outwards, or roll or pitch it less"
-    )
+    way_out = _nearest_normal(place, outwards, nodes[skin])
+    if gap > tolerance_mm or behind < tolerance_mm:
+        normal = _nearest_normal(face, outwards, nodes[skin])
+        askew = float(np.degrees(np.arccos(np.clip(normal @ outwards, -1.0, 1.0))))
+        cause = (
+            "does the site's x axis point away from the hub, whose height is from "
+            f"{bottom:g} to {top:g} mm? It is {askew:.3g} degrees off the normal of the nearest "
+            "face; turn or move the site"
+        )
+    else:
+        furthest_mm = depth + tolerance_mm
+        shift = _shift_out(placed, (way_out, outwards), furthest_mm, hub, tolerance_mm)
+        cause = f"that is {behind:.1f} mm behind its attachment face, where base plates reach; " + (
+            f"no shift that way or along the site's x axis by up to {furthest_mm:.1f} mm mends "
+            "it: roll or pitch the site less"
+            if shift is None
+            else f"move the site by {shift.tolist()} mm, or roll or pitch it less"
+        )
     return (
-        f"is up to {depth:.1f} mm inside the hub, at {np.round(place, 1).tolist()} mm, expected at "
-        f"most {tolerance_mm:g}: {cause}, or {allowed_by}"
+        f"is up to {depth:.1f} mm inside the hub, at {_tidy(place).tolist()} mm, from where "
+        f"the hub's nearest face is towards {_tidy(way_out).tolist()}, expected at most "
+        f"{tolerance_mm:g}: {cause}, or {allowed_by}"
     )
 
 
-def _askew_deg(face: np.ndarray, outwards: np.ndarray, triangles: np.ndarray) -> float:
-    """Angle between a direction and the outward normal of the nearest of a hub's triangles; beside
-    an edge of that whose normal is nearer [degrees].
+def _shift_out(
+    placed: Sequence[tuple[Module, Pose]],
+    directions: Sequence[np.ndarray],
+    furthest_mm: float,
+    hub: tuple[np.ndarray, np.ndarray],
+    tolerance_mm: float,
+) -> np.ndarray | None:
+    """Shortest shift of a site along one of some directions, so far at most, after which none of
+    its modules is misplaced [mm], (3,); None if there is none."""
+    furthest = len(np.arange(0.0, furthest_mm, _SHIFT_MM))
+    shortest = None
+    for direction in directions:
+        steps = 1
+        while steps <= furthest:
+            shift = _tidy(steps * _SHIFT_MM * direction)
+            moved = [
+                (module, Pose(pose.rotation, pose.translation + shift)) for module, pose in placed
+            ]
+            depth = max(
+                (
+                    deepest_inside(pose.apply(module.reduced.rest_nodes), *hub)[0]
+                    for module, pose in moved
+                ),
+                default=0.0,
+            )
+            if depth > tolerance_mm:
+                # No point comes out faster than the site moves.
+                steps += max(1, int((depth - tolerance_mm) / _SHIFT_MM))
+                continue
+            if all(_misplaced(*each, hub, tolerance_mm, "", moved) is None for each in moved):
+                shortest, furthest = shift, steps - 1
+                break
+            steps += 1
+    return shortest
+
+
+def _tidy(vector: np.ndarray) -> np.ndarray:
+    """A vector for an error: to 0.1, without negative zeros."""
+    rounded: np.ndarray = np.round(vector, 1) + 0.0
+    return rounded
+
+
+def _nearest_normal(place: np.ndarray, outwards: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Outward normal of the nearest of a hub's triangles, a unit vector (3,); of those that are as
+    near, such as beside an edge, the one that is most along a direction.
 
     Args:
-        face: The place [mm], (3,).
+        place: From where [mm], (3,).
         outwards: The direction, a unit vector (3,).
         triangles: (triangle, 3, 3) [mm].
     """
-    far = np.array([distance_to(face, each[None]) for each in triangles])
+    far = np.array([distance_to(place, each[None]) for each in triangles])
     near = triangles[far <= far.min() + _BESIDE_MM]
-    normal = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
-    along = normal @ outwards / np.linalg.norm(normal, axis=1)
-    return float(np.degrees(np.arccos(np.clip(along.max(), -1.0, 1.0))))
+    normals = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    nearest: np.ndarray = normals[np.argmax(normals @ outwards)]
+    return nearest
 
 
 def _way_through(

@@ -247,7 +247,7 @@ def paper_leg(
     """
     if shape is None and part is None and mesh is None:
         shape = PneuNetShape()
-    made = _Leg(name, part, mesh, materials, masses, size_factor)
+    made = _Leg(name, part, mesh, materials, masses, size_factor, label)
     if label is None:
         unnamed = part is None or isinstance(part, ReducedPart)
         label = f"the {name} leg that ships" if unnamed else str(part)
@@ -272,6 +272,7 @@ class _Leg:
     materials: LegMaterials | None
     masses: Masses | None
     size_factor: float
+    label: str | None
 
     def reduced(self) -> ReducedPart:
         made, weight = self._reduced_as_made, self._mass_kg()
@@ -333,16 +334,17 @@ class _Leg:
         if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
             return None
         if masses.leg_mass_g is not None:
-            mass = 1e-3 * masses.leg_mass_g / self.size_factor**3  # before it is resized
+            mass, resized = 1e-3 * masses.leg_mass_g, self.size_factor**3
             own = self.part is None and self.mesh is not None
             volume = (
                 float(self._shape().volumes.sum())
                 if own
                 else material_volume(self._reduced_as_made)
             )
-            what = "a leg of masses.leg_mass_g, or a module of mass_g,"
-            check_density(what, mass, volume, WEIGHED_G_PER_ML, IN_GRAMS)
-            return mass
+            named = "" if self.label is None else f" {self.label}"
+            what = f"the leg{named}, of masses.leg_mass_g or a module of mass_g,"
+            check_density(what, mass, volume * resized, WEIGHED_G_PER_ML, IN_GRAMS)
+            return mass / resized  # before it is resized
         if self.part is not None:
             made_by = self._reduced_as_made.metadata.get("masses", {})
             if made_by.get("model") == "cast" and masses.densities == CastDensities():

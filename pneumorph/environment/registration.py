@@ -139,12 +139,13 @@ def _assembled(robot: RobotSpec, design: Design) -> Robot:
     """The robot of a design; warns of one that its description does not allow."""
     from pneumorph.catalogue.description_notes import forbidden_of_space
 
+    assembled = robot.assembly(design)
     if robot.allowed_designs is not None:
         names = [site.name for site in robot.sites]
         note = forbidden_of_space(robot.allowed_designs, names, robot.name, design)
         if note is not None:
             warnings.warn(note, stacklevel=2)
-    return robot.assembly(design)
+    return assembled
 
 
 def _parsed(design: Design | str | None) -> Design:

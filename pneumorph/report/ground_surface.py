@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -47,8 +49,8 @@ class GroundSurface:
 
 
 def ground_surface(trajectory: Trajectory) -> GroundSurface | None:
-    """The ground of a walk; None of one on a plane, and where the file of its map is no longer
-    there."""
+    """The ground of a walk; None of one on a plane or on a height that was given as a function, and
+    where the file of its map is no longer there."""
     found = _grid_and_base(trajectory)
     if found is None:
         return None
@@ -79,6 +81,30 @@ def ground_below(
     return below
 
 
+def above_floor(
+    trajectory: Trajectory, points: Float[np.ndarray, "*point 3"]
+) -> Float[np.ndarray, "*point"] | None:
+    """How far world points are straight above the floor of a walk, negative below it [mm]; None
+    where it is not known: of a height that was given as a function, and where the file of its map
+    is no longer there."""
+    below: np.ndarray | float | None = ground_below(trajectory, points)
+    if below is None:
+        below = plane_height_mm(trajectory.metadata)
+    if below is None:
+        return None
+    above: np.ndarray = points[..., 2].astype(float) - below
+    return above
+
+
+def plane_height_mm(metadata: Mapping[str, Any]) -> float | None:
+    """Height of the plane on which contact points of a walk rest [mm]; None where it walked on no
+    plane, or its metadata does not tell."""
+    height = metadata.get("settings", {}).get("floor_height_mm")
+    floor = metadata.get("contact", {}).get("floor", "plane")
+    plane = str(floor).startswith("plane") and "ground_base_mm" not in metadata
+    return float(height) if height is not None and plane else None
+
+
 def _grid_and_base(trajectory: Trajectory) -> tuple[HeightGrid, float] | None:
     """The heights of a walk's ground, and what they are counted from [mm]."""
     metadata = trajectory.metadata
@@ -86,6 +112,8 @@ def _grid_and_base(trajectory: Trajectory) -> tuple[HeightGrid, float] | None:
     if base is None or told is None:
         return None
     try:
-        return settings_from_dict(Ground, told).grid(), float(base)
+        ground = settings_from_dict(Ground, told)
+        # Beside a floor that was given as a function the settings have the usual plane.
+        return None if ground.is_plane else (ground.grid(), float(base))
     except (FileNotFoundError, ValueError):
         return None

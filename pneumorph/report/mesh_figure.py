@@ -10,9 +10,9 @@ import numpy as np
 from pneumorph.report.style import (
     DISK_COLOUR,
     INK_COLOUR,
-    REGULATOR_COLOURS,
     figure_style,
     new_figure,
+    region_colours,
 )
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def mesh_figure(mesh: Mesh) -> Figure:
     outside = boundary_triangles(mesh.tetrahedra[:, :4])
     # The skin is what stands pale around the others.
     shown = {name: faces for name, faces in mesh.surfaces.items() if name != "skin"}
-    named = dict(zip(shown, cycle(REGULATOR_COLOURS), strict=False))
+    named = dict(zip(shown, region_colours(len(shown)), strict=True))
     sets = {name: nodes for name, nodes in mesh.node_sets.items() if name not in mesh.surfaces}
     for place, (elevation, azimuth) in enumerate(_VIEWS, start=1):
         axes = figure.add_subplot(1, 2, place, projection="3d", computed_zorder=False)

@@ -107,13 +107,14 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
     )
     design = trajectory.metadata.get("design")
     fittings = Design.parse(design).fittings if isinstance(design, str) else ()
-    entries = {each.location: str(each) for each in fittings}
-    sites = zip(shape.leg_site.tolist(), shape.regulators, strict=True)
+    named = {each.location: each for each in fittings}
+    sites = list(zip(shape.leg_site.tolist(), shape.regulators, strict=True))
     return Plan(
         silhouette(shape.hub_nodes_mm, shape.hub_triangles),
         legs,
-        shape.regulators,
-        tuple(entries.get(site, "+".join(map(str, own))) for site, own in sites),
+        # One regulator of all cavities is recorded for each of them.
+        tuple(named[site].regulators if site in named else own for site, own in sites),
+        tuple(str(named.get(site, "+".join(map(str, own)))) for site, own in sites),
         tuple(
             _bands(outline, len(own), shape.cavities_of(leg))
             for leg, (outline, own) in enumerate(zip(legs, shape.regulators, strict=True))

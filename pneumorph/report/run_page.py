@@ -157,11 +157,12 @@ def _headline(found: Any, run: FinishedRun, shown: VerbPage, goal: Goal) -> str:
         elsewhere = expert_elsewhere(run)
         numbers = experts_numbers(elsewhere) if elsewhere else EXPERT
         first += [(number, run.source.result(BestPhase)) for number in numbers]
+    compared = any(number.walker == "expert" for number, _ in first)
     scored: dict[str, str] = {}
     if (own_task := unasked_of_expert(run)) is not None:
         scored = _scored(found, own_task)
         first = [(_of_distance(number, goal), of) for number, of in first if not number.of_expert]
-    compared = any(number.walker == "expert" for number, _ in first)
+    # An expert that is not among the numbers is in the sections below them.
     apart = durations_apart(run) if compared else None
     written = [_named(number, run, apart).said(result, goal) for number, result in first]
     return page.numbers(scored | dict(each for each in written if each is not None))

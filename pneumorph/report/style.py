@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 REGULATOR_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_REGION_COLOURS = (
+    *REGULATOR_COLOURS, "#F0E442", "#332288", "#663300", "#9966FF", "#990066", "#B8E68A",
+)  # fmt: skip
+"""Of the regions of a mesh, which are more than regulators; no two of them are nearer to each other
+than some of the first six are."""
+_DARKER = 0.6
+"""Of what a colour was, once all of them are taken."""
 LEARNED_COLOUR = "#0072B2"
 BASELINE_COLOUR = "#E69F00"
 NEUTRAL_COLOUR = "#8A8F94"
@@ -62,6 +69,17 @@ def regulator_colour(regulator: int) -> str:
     if regulator == 0:
         return DISK_COLOUR
     return REGULATOR_COLOURS[(regulator - 1) % len(REGULATOR_COLOURS)]
+
+
+def region_colours(count: int) -> list[str]:
+    """Return so many colours of regions that lie beside each other, no two alike; beyond twelve
+    they become darker, and are told apart less well."""
+    colours = []
+    for number in range(count):
+        taken, place = divmod(number, len(_REGION_COLOURS))
+        parts = bytes.fromhex(_REGION_COLOURS[place][1:])
+        colours.append("#" + "".join(f"{round(part * _DARKER**taken):02X}" for part in parts))
+    return colours
 
 
 def red_green_blue(colour: str) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import cycle_slides, last_cycle, step_rewards
-from pneumorph.report.ground_surface import ground_below
+from pneumorph.report.ground_surface import above_floor
 from pneumorph.report.plan import Plan, plan_of_walk
 from pneumorph.report.plan_view import draw_plan_view
 from pneumorph.report.style import (
@@ -175,9 +175,10 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0, goal: Goal = FORW
 
     The paper explains its best gait by the roll that lifts a front leg (section VI-A). Roll is
     about the forward axis (left side up), pitch about the axis to the left (front down); a leg's
-    height is that of its lowest node over the lowest of all in the recording, on uneven ground over
-    what lies below each node, and its load is what the floor presses up with, where that was
-    recorded.
+    height is that of its lowest node above the floor straight below it, and its load is what the
+    floor presses up with, where that was recorded. Legs touch the floor with their contact points;
+    a node between them may sag below it. Where the floor is not known, heights are above the lowest
+    of all nodes in the recording.
 
     Args:
         trajectory: Of a robot with its nodes and its design in the metadata.
@@ -204,10 +205,12 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0, goal: Goal = FORW
     tilt.plot(since, pitch[inside], color=NEUTRAL_COLOUR, linestyle="--", label="pitch, front down")
     zero_line(tilt)
     tilt.set(ylabel="tilt (°)")
-    below = ground_below(trajectory, nodes)
-    lowest = (nodes[..., 2] if below is None else nodes[..., 2] - below).min(axis=2)
-    draw_legs(height, since, lowest[inside] - lowest.min(), legs)
-    height.set(ylabel="lowest (mm)")
+    above = above_floor(trajectory, nodes)
+    known = above is not None
+    lowest = (nodes[..., 2] - nodes[..., 2].min() if above is None else above).min(axis=2)
+    draw_legs(height, since, lowest[inside], legs)
+    zero_line(height)
+    height.set(ylabel=f"lowest node\nover {'floor' if known else 'all'} (mm)")
     if forces is not None:
         draw_legs(panels[3], since, forces[inside][..., 2].sum(axis=2) / 1e3, legs)
         panels[3].set(ylabel="load (N)")

@@ -157,9 +157,9 @@ def _gait_sections(
     cycle = sheet.drawn(
         _named("cycle", group),
         cycle_figure(walked, goal=goal),
-        f"The last whole 4 s of the robot called {name}: pressures, tilt of the hub, how far each "
-        "leg's lowest point is above the lowest of all, what the floor bears of it where that was "
-        f"recorded, and {goal.label}.",
+        f"The last whole 4 s of the robot called {name}: pressures, tilt of the hub, how high "
+        "each leg's lowest node is (over the floor it is below zero where the leg sags between its "
+        f"contact points), what the floor bears of it where that was recorded, and {goal.label}.",
     )
     return [
         *sections, Section(_titled("Step by step", group), page.side_by_side(steps, cycle)),

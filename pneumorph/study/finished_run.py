@@ -176,7 +176,10 @@ class FinishedRun:
         try:
             return self.robot.spec()
         except (ValueError, OSError) as error:
-            raise ArtefactError(f"robot of {self.folder / SETTINGS}: {error}") from error
+            file = self.folder / SETTINGS
+            if isinstance(error, ArtefactError) and str(error).startswith(f"{file} "):
+                raise
+            raise ArtefactError(f"robot of {file}: {error}") from error
 
     @cached_property
     def task(self) -> CrawlingTask:

@@ -73,6 +73,24 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         read_text(tmp_path / "nowhere", "gait")
 
 
+def test_a_folder_in_place_of_a_file_is_told_with_the_file_that_it_holds(tmp_path: Path) -> None:
+    """As a run's folder, which is not damaged; in it are files of other kinds, and any others."""
+    run = tmp_path / "run"
+    save_artefact(run / "a.npz", "Mesh", 1, {}, {})
+    (run / "broken.npz").write_text("no archive")
+    np.savez(run / "foreign.npz", nodes=np.zeros(3))
+    np.savez(run / "list.npz", metadata=np.array("[]"))
+    with pytest.raises(ArtefactError, match=r"run is a folder, expected a Part file: it holds non"):
+        load_artefact(run, "Part", 1)
+    part = save_artefact(run / "leg.npz", "Part", 1, {}, {})
+    with pytest.raises(ArtefactError) as told:
+        load_artefact(run, "Part", 1)
+    assert str(told.value) == (
+        f"{run} is a folder, expected a Part file: give {part}, which is one"
+    )
+    assert load_artefact(part, "Part", 1)[1]["kind"] == "Part"
+
+
 def test_what_goes_wrong_inside_a_file_is_told_with_its_name() -> None:
     def trip(error: Exception) -> None:
         with reading("some.npz", "mesh"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -197,6 +198,9 @@ def test_a_weighed_mass_in_kilograms_is_told(edited: Edited) -> None:
     path = edited('leg = "measured"\n\n', 'leg = "measured"\nmass_g = 0.042\n\n')
     with pytest.raises(ValueError, match=r"a module of mass_g, weighs 0.042 g .* 0.042 kg are 42"):
         RobotDescription.read(path).spec()
+    path = edited("size_factor = 0.75\n", "size_factor = 0.75\nmass_g = 0.035\n")
+    with pytest.raises(ValueError, match=r"the leg short, of .* weighs 0.035 g and has a volume"):
+        RobotDescription.read(path).spec()
 
 
 def test_robots_of_other_sites_or_hubs_are_told_apart(edited: Edited) -> None:
@@ -313,6 +317,28 @@ def test_a_module_that_lies_in_the_hub_is_refused_whatever_the_tolerance(edited:
     path.write_text(text.replace("[designs]", "[designs]\nmirror = false"))
     with pytest.raises(ArtefactError, match=r"sites\[2\] \(rear left\) goes 18 mm through the hub"):
         RobotDescription.read(path).spec()
+
+
+def test_a_base_plate_too_deep_in_a_thin_hub_is_told_the_way_that_mends_it(edited: Edited) -> None:
+    """Its nearest face is the hub's bottom, 16 mm below its top: moving the site outwards, along
+    that face, mends nothing."""
+    path = edited("height_mm = 10\nbottom_mm = 31", "height_mm = 16\nbottom_mm = 28")
+    text = path.read_text()
+    refused = (
+        r"sites\[0\] \(front left\) is up to 3\.3 mm inside the hub, .* nearest face is towards "
+        r"\[0\.0, 0\.0, -1\.0\], expected at most 3: .* move the site by "
+        r"\[0\.0, 0\.0, (?P<up>-\d\.\d)\] mm"
+    )
+    path.write_text(text.replace("[76,", "[77,").replace("[-76,", "[-77,"))
+    with pytest.raises(ArtefactError, match=refused):
+        RobotDescription.read(path).spec()
+    path.write_text(text)
+    with pytest.raises(ArtefactError, match=refused) as said:
+        RobotDescription.read(path).spec()
+    found = re.search(refused, str(said.value))
+    assert found is not None
+    path.write_text(text.replace("24, 36]", f"24, {36 + float(found['up'])}]"))
+    assert RobotDescription.read(path).spec().sites
 
 
 def test_a_way_through_a_hub_is_that_through_what_a_module_is_attached_to() -> None:

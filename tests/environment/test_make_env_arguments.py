@@ -54,6 +54,16 @@ def test_a_design_that_the_rules_forbid_walks_with_a_warning() -> None:
     assert [str(each) for each in made.designs] == ["b1.0.2.0.0.b1"]
 
 
+def test_a_design_of_another_length_is_told_once() -> None:
+    """By the error, and not by a warning before it of what rules forbid."""
+    robot = pm.RobotDescription.read(PLATE).spec()
+    for make in (ANY.make_env, make_single_env):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(ValueError, match=r"design 1\.b1 has 2 locations, expected 6"):
+                make(design="1.b1", robot=robot)
+
+
 def test_the_reward_that_documents_name_is_that_of_trainings() -> None:
     assert quick_training().coopt.task.reward == RewardWeights(tilt=0.05)
     text = (Path(__file__).parents[2] / "docs/physics.md").read_text()

@@ -96,10 +96,13 @@ def test_one_regulator_of_both_chambers_is_one_colour_in_both_models() -> None:
             assert centres is not None
             assert centres.shape == (2, 3)
     assert full.leg_cavity_mm == pytest.approx(spec.assembly(design).shape[0].leg_cavity_mm)
-    plan = plans_of_spec(spec)(design)
-    for leg, outline in enumerate(plan.legs_mm):
-        ((band, _),) = plan.coloured(leg)
-        assert np.array_equal(band, outline)
+    _, walked = rollout(spec.reduced(design), np.zeros((5, 4)))
+    for plan in (plans_of_spec(spec)(design), plan_of_walk(walked)):
+        for leg, outline in enumerate(plan.legs_mm):
+            ((band, regulator),) = plan.coloured(leg)
+            assert np.array_equal(band, outline)
+            assert regulator == (1, 1, 2, 1)[leg]
+        assert plan.entries == ("1", "1", "2", "1")
 
 
 def test_recordings_of_before_say_nothing_of_chambers() -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,12 @@ from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolerance_figure
 from pneumorph.report.robustness_figures import robustness_figure
 from pneumorph.report.scene import Actor
-from pneumorph.report.style import REGULATOR_COLOURS, figure_style, save_figure
+from pneumorph.report.style import (
+    REGULATOR_COLOURS,
+    figure_style,
+    region_colours,
+    save_figure,
+)
 from pneumorph.report.trial_figures import air_fit_figure
 from pneumorph.report.walk_figures import (
     cycle_figure,
@@ -189,6 +195,35 @@ def test_regulators_are_told_apart_with_colour_blindness(seen: np.ndarray) -> No
             assert np.linalg.norm(lab[first] - lab[second]) > 23.0
 
 
+def test_each_of_many_regions_has_a_colour_of_its_own() -> None:
+    """Ten, as of a robot's hub with its sites; also where there are more than colours by name."""
+    from matplotlib.colors import to_hex
+    from matplotlib.patches import Patch
+
+    leg = paper_leg_mesh()
+    regions = {f"cavity {number}": leg.surfaces["cavity"] for number in range(10)}
+    (legend,) = mesh_figure(replace(leg, surfaces=regions)).legends
+    keys = [key for key in legend.legend_handles if isinstance(key, Patch)]
+    drawn = [to_hex(key.get_facecolor()) for key in keys]
+    assert drawn == [each.lower() for each in region_colours(10)]
+    assert region_colours(6) == list(REGULATOR_COLOURS)
+    assert len(set(region_colours(24))) == 24
+    # No two are nearer than some that regulators have always had.
+    ten, six = (
+        min(np.linalg.norm(one - other) for one, other in combinations(_lab_of(colours), 2))
+        for colours in (drawn, REGULATOR_COLOURS)
+    )
+    assert ten == pytest.approx(six)
+
+
+def _lab_of(colours: Sequence[str]) -> np.ndarray:
+    """CIE 1976 L*a*b* of colours, (colour, 3)."""
+    from matplotlib.colors import to_rgb
+
+    linear = np.array([to_rgb(colour) for colour in colours])
+    return _cielab(np.where(linear <= 0.04045, linear / 12.92, ((linear + 0.055) / 1.055) ** 2.4))
+
+
 def _cielab(linear: np.ndarray) -> np.ndarray:
     """CIE 1976 L*a*b* under D65 of linear sRGB, (colour, 3)."""
     to_xyz = np.array(
@@ -263,7 +298,8 @@ def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:
     assert walked.node_positions_mm is not None
     nodes = walked.node_positions_mm.astype(float)
     nodes[..., 2] += 5.0 + ground.grid().height(nodes[..., 0], nodes[..., 1])
-    told = {"ground_base_mm": 5.0, "settings": {"ground": settings_to_dict(ground)}}
+    base_mm = 5.0 + walked.metadata["settings"]["floor_height_mm"]
+    told = {"ground_base_mm": base_mm, "settings": {"ground": settings_to_dict(ground)}}
     hill = replace(
         walked,
         node_positions_mm=nodes.astype(np.float32),
@@ -273,6 +309,7 @@ def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:
         cycle_figure(hill).axes[2].lines, cycle_figure(walked).axes[2].lines, strict=True
     ):
         np.testing.assert_allclose(mine.get_ydata(), flat.get_ydata(), atol=1e-4)
+    assert cycle_figure(hill).axes[2].get_ylabel() == "lowest node\nover floor (mm)"
     # Around a robot that has come to its end, and further around one that is still to go.
     done, going = ground_surface(hill), ground_surface(replace(hill, status="running"))
     assert done is not None
@@ -280,6 +317,25 @@ def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:
     way = hill.tracked_point_mm[:, 0]
     assert way.max() + 800.0 <= going.x_mm[-1] < way.max() + 850.0
     assert way.max() + 250.0 <= done.x_mm[-1] < way.max() + 300.0
+
+
+def test_heights_of_legs_begin_at_the_floor_and_not_at_a_leg_that_sags(walked: Trajectory) -> None:
+    """What one leg does changes no height of another."""
+    assert walked.node_positions_mm is not None
+    nodes = np.array(walked.node_positions_mm)
+    nodes[:, 0, :, 2] -= 2.0
+    sagging = cycle_figure(replace(walked, node_positions_mm=nodes)).axes[2]
+    before = cycle_figure(walked).axes[2]
+    floor_mm = walked.metadata["settings"]["floor_height_mm"]
+    for leg in range(1, nodes.shape[1]):
+        drawn = np.asarray(sagging.lines[leg].get_ydata())
+        np.testing.assert_array_equal(drawn, before.lines[leg].get_ydata())
+        lowest = nodes[-len(drawn) :, leg, :, 2].astype(float).min(axis=1) - floor_mm
+        np.testing.assert_allclose(drawn, lowest, rtol=0, atol=1e-12)
+    assert sagging.get_ylabel() == "lowest node\nover floor (mm)"
+    # A floor that was given as a function is not known to a file.
+    untold = replace(walked, metadata={**walked.metadata, "ground_base_mm": 0.0})
+    assert cycle_figure(untold).axes[2].get_ylabel() == "lowest node\nover all (mm)"
 
 
 def test_tolerances_stand_where_they_were_measured() -> None:

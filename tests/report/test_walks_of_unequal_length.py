@@ -76,7 +76,12 @@ def test_the_score_of_a_task_of_ones_own_comes_first_and_no_expert_beside_it(
     told = tiles(run)
     assert told[0] == "score of the best pair, reward of Diagonal"
     assert not [each for each in told if "expert" in each]
-    assert "distance of the best pair, 10th percentile" in told
+    # The expert is in sections, and walks there for 20 s.
+    assert "distance of the best pair, 10th percentile, in 10 s" in told
+    assert sum(each.endswith(", in 10 s") for each in told) == 4
+    equal = tiles(trained(tmp_path, settings(20, 4), own_task="Diagonal", pairs=(pair,)))
+    assert len(equal) == len(told)
+    assert not any(each.endswith(" s") for each in equal)
     page = _headline(run.result(TrainingResult), run, PAGES["coopt"], FORWARD)
     assert "3.25 cm" in page
     usual = tiles(trained(tmp_path, settings(10, 4)))

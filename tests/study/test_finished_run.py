@@ -311,6 +311,14 @@ def test_files_that_are_cut_short_or_no_table_are_refused_by_name(
     assert_refused(f"evaluate {folder}", f"{folder} holds no {name}", capsys)
 
 
+def test_a_run_without_a_robot_is_told_by_its_file_once(tmp_path: Path) -> None:
+    """As of a mesh, which has none."""
+    told = FinishedRun.read(write_run(tmp_path / "run", "mesh", {}, ()))
+    with pytest.raises(ArtefactError, match=r"settings\.json has no robot") as said:
+        told.spec()
+    assert str(said.value).count("settings.json") == 1
+
+
 def test_a_gait_that_is_gone_or_too_high_is_refused_by_name(tmp_path: Path) -> None:
     folder = learned(tmp_path)
     gait = folder / "training" / "gaits" / "L1.csv"

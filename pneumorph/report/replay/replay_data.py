@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.environment.goal import Goal
 from pneumorph.report.floor_slope import slope_deg
-from pneumorph.report.ground_surface import SPACING_MM
+from pneumorph.report.ground_surface import SPACING_MM, plane_height_mm
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
 from pneumorph.report.scene import Actor
@@ -181,7 +181,7 @@ def _described(actor: Actor) -> dict[str, Any]:
                 actor.shape.leg_rotation, actor.shape.leg_position_mm, strict=True
             )
         ],
-        "floor_mm": _floor_mm(trajectory.metadata),
+        "floor_mm": plane_height_mm(trajectory.metadata),
         "floor_slope_deg": slope_deg(trajectory),
         **_ground(actor),
         "hub_nodes_mm": array(actor.shape.hub_nodes_mm, "<f4"),
@@ -278,11 +278,3 @@ def _ground(actor: Actor) -> dict[str, Any]:
             "height_mm": array(surface.height_mm, "<f4"),
         }
     }
-
-
-def _floor_mm(metadata: Mapping[str, Any]) -> float | None:
-    """Return the height where contact points rest; None where the floor is no plane."""
-    height = metadata.get("settings", {}).get("floor_height_mm")
-    floor = metadata.get("contact", {}).get("floor", "plane")
-    plane = str(floor).startswith("plane") and "ground_base_mm" not in metadata
-    return float(height) if height is not None and plane else None
