@@ -16,7 +16,8 @@ from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubPayload, HubS
 from pneumorph.catalogue.hub_units import payload_unit_note, refuse_distant, refuse_inertia
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
-from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mesh import Mesh, MeshError
+from pneumorph.geometry.mesh_checks import check_elements
 from pneumorph.geometry.simple_solids import box_solid, cone_solid
 from pneumorph.geometry.spread_points import spread_points
 from pneumorph.geometry.surface import boundary_triangles
@@ -187,8 +188,9 @@ class HubDescription(Checked):
 
         Raises:
             FileNotFoundError: The mesh file is missing.
-            ValueError: Nothing is left to touch the floor or to weigh, mass or inertia are none of
-                a hub of this size, or a point is too far away from it or in metres.
+            ValueError: The mesh has inverted, flat or doubled elements, nothing is left to touch
+                the floor or to weigh, mass or inertia are none of a hub of this size, or a point is
+                too far away from it or in metres.
         """
         mesh = self._shape_mesh(folder)
         refuse_distant(self.payload_mm, self.tracked_point_mm, self.centre_mm, mesh)
@@ -234,6 +236,10 @@ class HubDescription(Checked):
                 f"{_LEAST_ACROSS_MM:g} to {_MOST_ACROSS_MM:g}: its file may be in another unit; "
                 "make it again with pneumorph mesh --scale, the file's unit in mm (1000 for metres)"
             )
+        try:
+            check_elements(mesh)
+        except MeshError as error:
+            raise ArtefactError(f"mesh of [hub]: {file}: {error}") from error
         return mesh
 
     def _solid(self, wall_mm: float) -> Mesh:

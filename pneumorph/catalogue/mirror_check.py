@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from scipy.spatial import KDTree
 
@@ -49,6 +51,27 @@ def check_mirror(module: Module, apart: bool) -> None:
         f"{centre:.1f} mm to the left, from {sideways.min():.1f} to {sideways.max():.1f} mm, and "
         f"its cavities hold {cavities} ml, expected the same on both sides, since a mirror "
         f"exchanges the first with the last; {_NO_MIRROR}"
+    )
+
+
+def unlike_sides_note(modules: Iterable[Module]) -> str | None:
+    """What to say of modules whose modes do not treat left and right alike, where robots have
+    mirror images; None where all do.
+
+    Args:
+        modules: All of the robot's. What does not say how it was reduced is passed over.
+    """
+    unlike = [
+        each.name
+        for each in modules
+        if each.reduced.metadata.get("report", {}).get("symmetric_mode_count") == 0
+    ]
+    if not unlike:
+        return None
+    return (
+        f"the modes of {', '.join(unlike)} do not treat left and right alike (reduced from a mesh "
+        "whose sides are meshed apart, or without reduction.symmetric): mirror images of a design, "
+        "taken for one, walk alike only roughly"
     )
 
 

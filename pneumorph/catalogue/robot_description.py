@@ -401,7 +401,8 @@ class RobotDescription(Checked, ShownInNotebooks):
                 )
         kind = leg_kind(self.physics.based_on)
         hub = self.hub.spec(self.folder)
-        check_hub_images(hub, self.designs.mirror, self.designs.same)
+        spacing_mm = self.hub.contact_spacing_mm if self.hub.contact == "spread" else 0.0
+        check_hub_images(hub, self.designs.mirror, self.designs.same, spacing_mm)
         if self.ring is not None:
             sites = ring_of_sites(self.ring, tuple(modules.values()))
         else:

@@ -53,7 +53,7 @@ def check_mesh(
     for name in node_sets:
         if not len(mesh.node_set(name)):
             raise MeshError(f"node set {name!r} is empty")
-    _check_elements(mesh)
+    check_elements(mesh)
     _check_connection(mesh)
     _check_once(mesh)
     regions = list(dict.fromkeys([*cavities, *cavity_regions(mesh)]))
@@ -189,7 +189,12 @@ def _face_keys(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return keys[~between], keys[between]
 
 
-def _check_elements(mesh: Mesh) -> None:
+def check_elements(mesh: Mesh) -> None:
+    """Check what the volume of a solid relies on.
+
+    Raises:
+        MeshError: A tetrahedron is degenerate, inverted or doubled.
+    """
     corners = mesh.nodes[mesh.tetrahedra]
     pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
     longest = np.max(

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.optional_package import optional_package
+from pneumorph.geometry.abaqus_file import check_abaqus_file
 from pneumorph.geometry.attachment import OBLIQUE
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.mirror_image import with_mirror_nodes
 from pneumorph.geometry.outer_boundary import outer_boundary
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.spread_points import spread_points
@@ -21,11 +23,17 @@ from pneumorph.geometry.surface import connected_pieces, enclosed_volume
 LEAST_EXTENT_MM, LARGEST_EXTENT_MM = 1.0, 10_000.0
 """Between which the longest side of a part's mesh is taken to be in mm."""
 
+_NO_WAY = 1e-6
+"""Between an end and the other, relative to the longest side."""
+
 _DIMENSION_OF = {"vertex": 0, "line": 1, "triangle": 2}
 """Of the cells that make regions."""
 
 _HIGHER_ORDER = {"triangle6", "triangle10", "triangle15", "tetra10", "tetra20", "tetra35"}
 """Triangles and tetrahedra with nodes on their edges, as meshio calls them."""
+
+GMSH_FIELD = "gmsh:physical"
+"""What meshio calls the numbers of gmsh's physical groups."""
 
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
@@ -42,19 +50,21 @@ def read_mesh_file(
 ) -> Mesh:
     """Read nodes, tetrahedra and regions.
 
-    Regions are gmsh's physical groups by name; in other formats, integer cell data ``region`` with
-    `region_names` saying what a number means. Triangles of a region make a surface of that name,
-    and all nodes of a region's points, lines or triangles a node set of that name; a triangle that
-    a region has more than once counts once. Nodes that no tetrahedron uses are dropped; a cavity
-    whose normals all leave the solid is turned round, since mesh generators orient a boundary that
-    way. Where no region is called ``skin``, it is the boundary without the cavities, which are all
-    regions whose names begin with ``cavity``; contact points are nodes of the skin, spread evenly.
+    Regions are gmsh's physical groups by name, and element sets and node sets of an Abaqus file; in
+    other formats, integer cell data ``region`` with `region_names` saying what a number means.
+    Triangles of a region make a surface of that name, and all nodes of a region's points, lines or
+    triangles, or of a node set, a node set of that name; a triangle that a region has more than
+    once counts once. Nodes that no tetrahedron uses are dropped; a cavity whose normals all leave
+    the solid is turned round, since mesh generators orient a boundary that way. Where no region is
+    called ``skin``, it is the boundary without the cavities, which are all regions whose names
+    begin with ``cavity``; contact points are nodes of the skin, spread evenly. A mesh that is its
+    own mirror image about y = 0 gets ``mirror_nodes``, and contact points in mirrored pairs.
 
     Args:
         path: The file.
         surfaces: Surface regions that must be there.
         node_sets: Node sets that must be there.
-        region_names: Name of each region number.
+        region_names: Name of each region number that has none in the file.
         scale: Length of the file's unit [mm], 1000 for metres.
         contact_spacing_mm: Distance between contact points [mm].
 
@@ -68,21 +78,29 @@ def read_mesh_file(
     if not path.exists():
         raise FileNotFoundError(f"mesh file {path} does not exist")
     meshio = optional_package("meshio", "reading a mesh file needs meshio", "meshing")
+    surfaces, node_sets = list(surfaces), list(node_sets)
+    if path.suffix.lower() == ".inp":
+        check_abaqus_file(path, [*surfaces, *node_sets])
     try:
         read = meshio.read(path)
-    except (meshio.ReadError, KeyError, ValueError, IndexError, SystemExit) as error:
+    except (OSError, ModuleNotFoundError):
+        raise
+    except (Exception, SystemExit) as error:  # each of its readers has its own, and some exit
+        told = "" if isinstance(error, SystemExit) else str(error)
+        told = told or "it is damaged, or of another kind than its name says"
         hint = ""
         if "gmsh:physical" in str(error):
             hint = (
                 " Some elements seem to be in no physical group: give each volume and surface "
                 "one, or have gmsh save grouped elements alone (Mesh.SaveAll = 0)"
             )
-        raise MeshError(f"{path} cannot be read as a mesh: {error}{hint}") from error
+        raise MeshError(f"{path} cannot be read as a mesh: {told}{hint}") from error
 
     try:
         mesh = _with_cavities_inward(_mesh_of(read, region_names or {}, scale))
         check_mesh(mesh, surfaces, node_sets)
-        mesh = _with_contact_points(_with_skin(mesh), contact_spacing_mm)
+        mesh = with_mirror_nodes(_with_skin(mesh))
+        mesh = _with_contact_points(mesh, contact_spacing_mm)
         check_mesh(mesh)  # now with its contact points
         _check_upright(mesh)
         _check_outwards(mesh)
@@ -149,14 +167,10 @@ def _regions(
     read: Any, region_names: dict[int, str]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Triangles by region, and nodes by region, in the file's own numbering."""
-    names: dict[tuple[int, int | None], str] = {
-        (int(tag), int(dimension)): name for name, (tag, dimension) in read.field_data.items()
-    }
-    names |= {(tag, None): name for tag, name in region_names.items()}
     _check_numbers(read, region_names)
     triangles: dict[str, list[np.ndarray]] = {}
-    nodes: dict[str, list[np.ndarray]] = {}
-    for name, kind, members in _members(read, names):
+    nodes = {name: [np.asarray(own, dtype=int)] for name, own in read.point_sets.items()}
+    for name, kind, members in _members(read, region_names):
         nodes.setdefault(name, []).append(members.ravel())
         if kind == "triangle":
             triangles.setdefault(name, []).append(members)
@@ -175,34 +189,34 @@ def _each_once(triangles: np.ndarray) -> np.ndarray:
 
 def _check_one_volume(read: Any) -> None:
     """Refuse tetrahedra of several volumes, which may be of several materials. In gmsh's files
-    physical groups count, of which 0 is none; its elementary entities may be several.
+    physical groups count, of which 0 is none; its elementary entities may be several. Tetrahedra in
+    no group beside those that are in one are a volume of their own.
 
     Raises:
         MeshError: There is more than one, and none of them holds all tetrahedra.
     """
-    field = _tag_field(read)
-    names = {int(tag): name for name, (tag, dimension) in read.field_data.items() if dimension == 3}
-    tags = read.cell_data.get(field, ())
+    names, numbers, sets = _group_names(read), _region_numbers(read), _element_sets(read)
+    gmsh = _tag_field(read) == GMSH_FIELD
     held: dict[str, int] = {}
     total = 0
     for place, block in enumerate(read.cells):
         if block.type != "tetra":
             continue
         total += len(block.data)
-        # Of gmsh's newer formats, in which an element may be in several groups.
-        sets = {name: read.cell_sets[name][place] for name in {*names.values()} & {*read.cell_sets}}
-        here = {repr(name): len(chosen) for name, chosen in sets.items() if chosen is not None}
-        if place < len(tags):
-            for tag, count in zip(*np.unique(tags[place], return_counts=True), strict=True):
-                name = names.get(int(tag))
-                if name not in sets and not (field == "gmsh:physical" and tag == 0):
-                    here[str(int(tag)) if name is None else repr(name)] = int(count)
-        for name, count in here.items():
-            if count:
-                held[name] = held.get(name, 0) + count
+        here = {}
+        for name, own in sets.items():
+            here[repr(name)] = np.isin(np.arange(len(block.data)), own[place])
+        for tag in np.unique(numbers[place]) if place < len(numbers) else ():
+            called = names.get((int(tag), 3))
+            if called not in sets and not (gmsh and tag == 0):
+                here[str(int(tag)) if called is None else repr(called)] = numbers[place] == tag
+        here["in none"] = ~np.any([np.zeros(len(block.data), dtype=bool), *here.values()], axis=0)
+        for name, inside in here.items():
+            held[name] = held.get(name, 0) + int(inside.sum())
+    held = {name: count for name, count in held.items() if count}
     if len(held) > 1 and max(held.values()) < total:
         told = ", ".join(f"{name}: {count}" for name, count in sorted(held.items()))
-        kind = "physical volume" if field == "gmsh:physical" else "region"
+        kind = "physical volume" if gmsh else "element set" if sets else "region"
         raise MeshError(
             f"its {total} tetrahedra are in {len(held)} {kind}s ({told}), expected one: a part has "
             f"one solid material; put all that is of it into one {kind}, and delete what is not, "
@@ -211,45 +225,94 @@ def _check_one_volume(read: Any) -> None:
 
 
 def _check_numbers(read: Any, region_names: dict[int, str]) -> None:
-    """Refuse to name a region that is not there.
+    """Refuse to name a region that is not there, or that has a name.
 
     Raises:
-        MeshError: No element has that number.
+        MeshError: No element has that number, or all that have it are in groups that the file
+            itself calls otherwise.
     """
-    tags = read.cell_data.get(_tag_field(read), ())
-    there = {int(tag) for own in tags for tag in np.unique(own)}
+    names = _group_names(read)
+    called: dict[int, set[str | None]] = {}
+    for block, own in zip(read.cells, _region_numbers(read), strict=False):
+        dimension = _DIMENSION_OF.get(block.type, block.dim)
+        for tag in np.unique(own).tolist():
+            called.setdefault(tag, set()).add(names.get((tag, dimension)))
     for number, name in region_names.items():
-        if number not in there:
-            known = ", ".join(map(str, sorted(there))) or "none"
+        if number not in called:
+            known = ", ".join(map(str, sorted(called))) or "none"
             raise MeshError(
                 f"no element is in region {number}, which is to be called {name!r}, expected one "
                 f"of the file's: {known}"
             )
+        own_names = called[number]
+        if None not in own_names and name not in own_names:
+            told = " and ".join(sorted(repr(each) for each in own_names))
+            raise MeshError(
+                f"region {number} is to be called {name!r}, and the file calls it {told}, expected "
+                "a name only where the file has none; rename the group in the mesher"
+            )
+
+
+def _group_names(read: Any) -> dict[tuple[int, int], str]:
+    """Names that the file gives to region numbers, by number and dimension."""
+    return {(int(tag), int(dimension)): name for name, (tag, dimension) in read.field_data.items()}
 
 
 def _tag_field(read: Any) -> str:
     """What the cell data that numbers the regions is called."""
-    return "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
+    return GMSH_FIELD if GMSH_FIELD in read.cell_data else REGION_FIELD
 
 
-def _members(
-    read: Any, names: dict[tuple[int, int | None], str]
-) -> Iterator[tuple[str, str, np.ndarray]]:
+def _region_numbers(read: Any) -> list[np.ndarray]:
+    """Of each cell of each block, (cell,); empty where the file numbers none.
+
+    Raises:
+        MeshError: One is no whole number.
+    """
+    field = _tag_field(read)
+    numbers = []
+    for block, given in zip(read.cells, read.cell_data.get(field, ()), strict=False):
+        own = np.asarray(given)
+        with np.errstate(invalid="ignore"):
+            whole = own.astype(np.int64)
+        if own.size != len(block.data) or np.any(whole != own):
+            strange = own[whole != own]
+            told = f"of shape {own.shape}" if own.size != len(block.data) else f"{strange[0]:g}"
+            raise MeshError(
+                f"cell data {field!r} of its {block.type} cells are {told}, expected one whole "
+                "number for each cell, that of its region"
+            )
+        numbers.append(whole.ravel())
+    return numbers
+
+
+def _element_sets(read: Any) -> dict[str, list[np.ndarray]]:
+    """Named groups of gmsh's newer formats, in which an element may be in several, and element sets
+    of Abaqus: which cells of each block are in them."""
+    sets = {}
+    for name, own in read.cell_sets.items():
+        if name.startswith("gmsh:"):
+            continue
+        # A set that stands before other elements has nothing of those.
+        parts = [*own, *[None] * (len(read.cells) - len(own))]
+        sets[name] = [np.asarray([] if part is None else part, dtype=int) for part in parts]
+    return sets
+
+
+def _members(read: Any, region_names: dict[int, str]) -> Iterator[tuple[str, str, np.ndarray]]:
     """Regions' names with a kind of cell and its members' nodes."""
-    groups = {name: own for name, own in read.cell_sets.items() if not name.startswith("gmsh:")}
-    # Of gmsh's newer formats, in which an element may be in several groups.
+    names, groups = _group_names(read), _element_sets(read)
     for name, own in groups.items():
         for block, chosen in zip(read.cells, own, strict=True):
-            if block.type in _DIMENSION_OF and chosen is not None and len(chosen):
+            if block.type in _DIMENSION_OF and len(chosen):
                 yield name, block.type, block.data[chosen]
-    for block, tags in zip(read.cells, read.cell_data.get(_tag_field(read), ()), strict=False):
+    for block, tags in zip(read.cells, _region_numbers(read), strict=False):
         if block.type not in _DIMENSION_OF:
             continue
-        dimension = _DIMENSION_OF[block.type]
-        for tag in np.unique(tags):
-            name = names.get((int(tag), dimension)) or names.get((int(tag), None))
-            if name is not None and name not in groups:
-                yield name, block.type, block.data[np.asarray(tags).ravel() == tag]
+        for tag in np.unique(tags).tolist():
+            called = names.get((tag, _DIMENSION_OF[block.type])) or region_names.get(tag)
+            if called is not None and (called not in groups or tag in region_names):
+                yield called, block.type, block.data[tags == tag]
 
 
 def _check_extent(mesh: Mesh, scale: float) -> None:
@@ -309,15 +372,23 @@ def _check_outwards(mesh: Mesh) -> None:
     """Refuse a leg that points anywhere but along x.
 
     Raises:
-        MeshError: The way from the node set ``attachment`` to ``outer_end_face``, where there are
-            both, is more than 45 degrees off.
+        MeshError: The node sets ``attachment`` and ``outer_end_face``, where there are both, share
+            nodes, or the way from one to the other has no length or is more than 45 degrees off.
     """
-    ends = [mesh.node_sets.get(name) for name in ("attachment", "outer_end_face")]
-    if any(nodes is None or len(nodes) == 0 for nodes in ends):
+    none = np.zeros(0, dtype=int)
+    ends = [mesh.node_sets.get(name, none) for name in ("attachment", "outer_end_face")]
+    if any(len(nodes) == 0 for nodes in ends):
         return
+    shared = int(np.isin(ends[0], ends[1]).sum())
+    if shared:
+        raise MeshError(
+            f"attachment and outer_end_face share {shared} nodes, expected none: what is held does "
+            "not turn; was one face put into both groups?"
+        )
     held, end = (mesh.nodes[nodes].mean(axis=0) for nodes in ends)
     way = end - held
-    if way[0] < OBLIQUE * np.linalg.norm(way):
+    length = float(np.linalg.norm(way))
+    if length < _NO_WAY * mesh.longest_side_mm or way[0] < OBLIQUE * length:
         told = ", ".join(f"{each:.1f}" for each in way)
         raise MeshError(
             f"outer_end_face lies ({told}) mm from attachment, expected it along +x: bends are "
@@ -404,8 +475,13 @@ def _same_way(first: list[int], second: list[int]) -> bool:
 
 
 def _with_contact_points(mesh: Mesh, spacing_mm: float) -> Mesh:
-    outer = mesh.nodes[np.unique(mesh.surfaces["skin"])]
+    nodes = np.unique(mesh.surfaces["skin"])
+    images = None
+    if mesh.mirror_nodes is not None:
+        images = np.searchsorted(nodes, mesh.mirror_nodes[nodes])
+    outer = mesh.nodes[nodes]
     try:
-        return replace(mesh, contact_points=outer[spread_points(outer, spacing_mm)])
+        chosen = spread_points(outer, spacing_mm, flat=True, images=images)
+        return replace(mesh, contact_points=outer[chosen])
     except ValueError as error:
         raise MeshError(f"the surface 'skin' has no contact points: {error}") from error

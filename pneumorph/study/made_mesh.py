@@ -16,6 +16,7 @@ from pneumorph.geometry.disk import DiskShape, mesh_disk
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_file import read_mesh_file
+from pneumorph.geometry.mirror_image import mirror_notes
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh
@@ -139,7 +140,7 @@ class MadeMesh:
     size_mm: tuple[float, float, float] | None = None
     """Along x, y and z; None in runs of earlier versions."""
     notes: tuple[str, ...] = ()
-    """What to say of it, such as a cavity of several pieces."""
+    """What to say of it, such as a cavity of several pieces, or sides that are meshed apart."""
 
 
 def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> MadeMesh:
@@ -152,7 +153,8 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
 
     Raises:
         ValueError: A shape that cannot be, a setting that would change nothing, such as a shape
-            beside a file, a region that is no NUMBER=NAME, or a mesh that cannot be computed with.
+            beside a file, a region that is no NUMBER=NAME or has a number twice, or a mesh that
+            cannot be computed with.
         FileNotFoundError: No such mesh file.
     """
     start = time.monotonic()
@@ -180,7 +182,7 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         wall_s=time.monotonic() - start,
         cavity_volume_mm3=sum(cavities.values()) if cavities else None,
         cavities_mm3=cavities,
-        notes=_parted_cavities(mesh),
+        notes=(*_parted_cavities(mesh), *mirror_notes(mesh)),
     )
 
 
@@ -222,10 +224,15 @@ def _made(part: PartName, settings: MeshSettings) -> Mesh:
 
 
 def _region_names(regions: tuple[str, ...]) -> dict[int, str]:
-    names = {}
+    names: dict[int, str] = {}
     for region in regions:
         number, separator, name = region.partition("=")
         if not (separator and name and number.strip().isdigit()):
             raise ValueError(f"region {region!r} is not NUMBER=NAME, expected such as 1=cavity")
+        if int(number) in names:
+            raise ValueError(
+                f"regions have number {int(number)} twice, as {names[int(number)]!r} and "
+                f"{name.strip()!r}, expected one name for each"
+            )
         names[int(number)] = name.strip()
     return names

@@ -13,6 +13,7 @@ import numpy as np
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.geometry.mirror_image import mirror_notes
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
@@ -96,6 +97,9 @@ def reduce(
     poses = [site.pose_of(robot.module) for site in robot.sites]
     check_settings(part_model, settings.reduction, on_soft_mount=isinstance(hub, SoftHub))
     check_walkers_apart(part_model.mesh, poses, settings.snapshots.walk)
+    unlike = mirror_notes(part_model.mesh)
+    for note in unlike:
+        folder.progress.say(note)
     lowest = lowest_mm(part_model.mesh, hub, poses)
     protocol = on_lower_floor(_protocol(robot.physics, settings.snapshots), lowest)
     robot = replace(robot, physics=on_lower_floor(robot.physics, lowest))
@@ -159,7 +163,7 @@ def reduce(
         snapshot_files_without_time=seconds["files_without"],
         walked_gait_count=len(walks),
         wall_s=time.monotonic() - start,
-        notes=(*short, *told, *doubts(report, settings)),
+        notes=(*short, *told, *doubts(report, settings), *unlike),
     )
 
 

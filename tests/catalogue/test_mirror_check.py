@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.mirror_check import check_mirror
+from pneumorph.catalogue.mirror_check import check_mirror, unlike_sides_note
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.space_check import check_space
@@ -31,6 +31,17 @@ def test_legs_that_ship_are_their_own_mirror_images() -> None:
     check_mirror(TWIN, apart=True)
     for leg in ("published", "hyperelastic", "measured"):
         check_mirror(paper_robot(leg).module, apart=True)
+
+
+def test_a_leg_of_a_mesh_that_is_not_its_own_image_is_told_of() -> None:
+    """Its modes are neither symmetric nor antisymmetric; legs that ship are."""
+    report = {**TWIN.reduced.metadata["report"], "symmetric_mode_count": 0}
+    apart = changed(TWIN, metadata={**TWIN.reduced.metadata, "report": report})
+    note = unlike_sides_note([TWIN, apart])
+    assert str(note).startswith("the modes of changed do not treat left and right alike (reduced")
+    unsaid = changed(TWIN, metadata={})
+    known = [paper_robot(leg).module for leg in ("published", "hyperelastic", "measured")]
+    assert unlike_sides_note([TWIN, unsaid, *known]) is None
 
 
 def test_unlike_chambers_are_refused() -> None:

@@ -2,6 +2,7 @@ import numpy as np
 from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.interpolation import interpolation_matrix
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.quadratic import quadratic_mesh
 
 
@@ -37,3 +38,12 @@ def test_mirrored_points_get_mirrored_weights(leg_mesh):
     assert np.array_equal(weights[off_plane], there[off_plane])
     # On the plane of symmetry only the order of a face's nodes may differ.
     np.testing.assert_allclose(weights, there, atol=1e-9)
+
+
+def test_an_element_across_the_mirror_plane_has_its_nodes():
+    """As of a user's mesh, of which none is half of the solid: two nodes on the plane, and one on
+    each side."""
+    nodes = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 1.0, 0.3], [0.5, -1.0, 0.3]])
+    mesh = Mesh(nodes, np.array([[0, 2, 1, 3]]), mirror_nodes=np.array([0, 1, 3, 2]))
+    weights = interpolation_matrix(mesh, nodes).toarray()
+    np.testing.assert_allclose(weights, np.eye(4), atol=1e-12)

@@ -12,7 +12,7 @@ from helpers.box_mesh import box_mesh
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
-from pneumorph.geometry.mesh_file import read_mesh_file
+from pneumorph.geometry.mesh_file import _check_outwards, read_mesh_file
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.geometry.quadratic import quadratic_mesh
 
@@ -134,6 +134,87 @@ def test_a_file_of_several_volumes_is_refused(hollow: Mesh, tmp_path: Path) -> N
     path = write(tmp_path / "two.vtu", hollow.nodes, cells_of(hollow, half))
     with pytest.raises(MeshError, match=rf"2 regions \(7: {count[0]}, 8: {count[1]}\)"):
         read_mesh_file(path, node_sets=ENDS, region_names=REGIONS)
+
+
+def test_tetrahedra_in_no_group_beside_others_are_refused(hollow: Mesh, tmp_path: Path) -> None:
+    """gmsh saves them with 0 for their group where it was asked for all."""
+    half = np.where(hollow.nodes[hollow.tetrahedra][:, :, 0].mean(axis=1) < 4.5, 7, 0)
+    count = int((half == 7).sum())
+    for volumes, name in (({}, "7"), ({7: "stiff"}, "'stiff'")):
+        path = write(tmp_path / "half.msh", hollow.nodes, cells_of(hollow, half), volumes)
+        told = rf"2 physical volumes \({name}: {count}, in none: {156 - count}\)"
+        with pytest.raises(MeshError, match=told):
+            read_mesh_file(path, node_sets=ENDS)
+
+
+def test_another_name_for_a_group_that_has_one_is_refused(hollow: Mesh, tmp_path: Path) -> None:
+    """It would change nothing."""
+    path = write(tmp_path / "leg.msh", hollow.nodes, cells_of(hollow))
+    told = r"leg\.msh: region 2 is to be called 'sole', and the file calls it 'sheet', expected a"
+    with pytest.raises(MeshError, match=told):
+        read_mesh_file(path, node_sets=ENDS, region_names={2: "sole"})
+    read_mesh_file(path, node_sets=ENDS, region_names={2: "sheet", 7: "silicone"})
+    # A line of the same number has none.
+    edge = ("line", hollow.surfaces["bottom"][:1, :2], 2)
+    path = write(tmp_path / "edge.msh", hollow.nodes, [edge, *cells_of(hollow)])
+    mesh = read_mesh_file(path, node_sets=ENDS, region_names={2: "front"})
+    assert len(mesh.node_sets["front"]) == 2
+
+
+@pytest.mark.parametrize("strange", [np.nan, 2.5, np.inf])
+def test_regions_of_no_whole_number_are_refused(
+    strange: float, hollow: Mesh, tmp_path: Path
+) -> None:
+    cells = cells_of(hollow)
+    tags = [np.full(len(block), float(tag)) for _, block, tag in cells]
+    content = meshio.Mesh(hollow.nodes, [each[:2] for each in cells], cell_data={"region": tags})
+    content.write(tmp_path / "leg.vtu")
+    read_mesh_file(tmp_path / "leg.vtu", node_sets=ENDS, region_names=REGIONS)
+    content.cell_data["region"][1][3] = strange
+    content.write(tmp_path / "leg.vtu")
+    told = (
+        rf"leg\.vtu: cell data 'region' of its triangle cells are {strange:g}, expected one whole"
+    )
+    with pytest.raises(MeshError, match=told):
+        read_mesh_file(tmp_path / "leg.vtu", node_sets=ENDS, region_names=REGIONS)
+
+
+@pytest.mark.parametrize("kind", ["xdmf", "bdf", "f3grid", "su2", "dat", "mesh"])
+def test_damaged_files_of_any_kind_are_refused(kind: str, tmp_path: Path) -> None:
+    """meshio's readers end in errors of their own."""
+    path = tmp_path / f"leg.{kind}"
+    path.write_bytes(b"\x00\x01garbage 12 3\nfoo bar\n" * 5)
+    with pytest.raises(MeshError, match=rf"leg\.{kind} cannot be read as a mesh: ..."):
+        read_mesh_file(path)
+
+
+def test_ends_that_share_nodes_are_refused(hollow: Mesh, tmp_path: Path) -> None:
+    """The bend of what is held is none."""
+    cells = cells_of(hollow)
+    cells[3] = ("triangle", cells[2][1], 4)
+    path = write(tmp_path / "same.vtu", hollow.nodes, cells)
+    told = r"same\.vtu: attachment and outer_end_face share 16 nodes, expected none"
+    with pytest.raises(MeshError, match=told):
+        read_mesh_file(path, node_sets=ENDS, region_names=REGIONS)
+
+
+def test_an_end_round_the_other_is_refused(hollow: Mesh) -> None:
+    """There is no way from one to the other."""
+    x, y, z = (hollow.nodes - 4.5).T
+    centre = np.flatnonzero(np.abs(y) + np.abs(z) < 3.1)
+    corners = np.flatnonzero((np.abs(x) == 4.5) & (np.abs(y) == 4.5) & (np.abs(z) == 4.5))
+    sets = {"attachment": centre, "outer_end_face": corners}
+    with pytest.raises(MeshError, match=r"outer_end_face lies .* mm from attachment, expected it"):
+        _check_outwards(replace(hollow, node_sets=sets))
+
+
+def test_points_are_spread_over_a_skin_that_is_a_flat_sole(hollow: Mesh, tmp_path: Path) -> None:
+    cells = [*cells_of(hollow), ("triangle", hollow.surfaces["bottom"], 5)]
+    path = write(tmp_path / "sole.vtu", hollow.nodes, cells)
+    names = {**REGIONS, 5: "skin"}
+    mesh = read_mesh_file(path, node_sets=ENDS, region_names=names)
+    corners = [[x, y, 0.0] for x in (0.0, 9.0) for y in (0.0, 9.0)]
+    assert sorted(mesh.contact_points.tolist()) == corners
 
 
 @pytest.mark.parametrize("volumes", [{}, {7: "silicone"}])

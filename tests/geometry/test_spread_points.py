@@ -33,6 +33,25 @@ def test_corners_of_a_thin_plate_are_all_there() -> None:
         assert (chosen == corner).all(axis=1).any(), corner
 
 
+def test_points_of_a_tilted_plane_are_spread_where_that_is_said() -> None:
+    """Its corners are there; a line is refused, and a volume is as it is without that."""
+    grid = np.meshgrid(np.arange(0.0, 31.0), np.arange(0.0, 11.0))
+    x, y = (axis.ravel() for axis in grid)
+    plane = np.column_stack([x, y, 0.5 * x - 0.25 * y])
+    chosen = plane[spread_points(plane, 10.0, flat=True)]
+    for corner in itertools.product((0.0, 30.0), (0.0, 10.0)):
+        assert (chosen[:, :2] == corner).all(axis=1).any(), corner
+    between = np.linalg.norm(plane[:, None] - chosen[None], axis=2)
+    assert between.min(axis=1).max() <= 10.0
+    with pytest.raises(ValueError, match="span no"):
+        spread_points(plane[y == 0.0], 10.0, flat=True)
+    with pytest.raises(ValueError, match="span no"):
+        spread_points(plane[:2], 10.0, flat=True)
+    points = np.random.default_rng(0).uniform(-50.0, 50.0, (200, 3))
+    same = spread_points(points, 20.0, flat=True)
+    np.testing.assert_array_equal(same, spread_points(points, 20.0))
+
+
 def test_bad_input_is_refused() -> None:
     with pytest.raises(ValueError, match=r"points, of shape \(0, 3\), span no volume"):
         spread_points(np.zeros((0, 3)), 1.0)

@@ -40,6 +40,13 @@ def test_a_shape_or_mesher_beside_a_file_is_refused(
     replace(settings, file=None).refuse_unused("disk" if "disk" in flag else "leg")
 
 
+def test_two_names_of_one_region_are_refused(tmp_path: Path) -> None:
+    """The first would be lost."""
+    settings = replace(BESIDE, regions=("1=cavity", "1=sheet"))
+    with pytest.raises(ValueError, match="regions have number 1 twice, as 'cavity' and 'sheet'"):
+        make_mesh("leg", settings, RunFolder(tmp_path / "m", "mesh"))
+
+
 def test_what_changes_the_mesh_of_a_file_is_taken() -> None:
     """A mesher's settings are the usual preset's, which nobody need have asked for."""
     preset = MeshSettings(**MEASURED_LEG)
@@ -131,8 +138,9 @@ def test_a_cavity_of_several_pieces_is_told(tmp_path: Path) -> None:
     settings = MeshSettings(file=tmp_path / "one.vtu", regions=("1=cavity", "2=sheet"))
     settings = replace(settings, node_sets=())
     made = make_mesh("leg", settings, RunFolder(tmp_path / "one", "mesh"))
-    (note,) = made.notes
+    note, apart = made.notes
     assert note.startswith("the cavity 'cavity' is 2 closed pieces, of 336, 336 mm^3, which are in")
+    assert "mirror images of a design walk alike only" in apart  # its middle is y = 6 mm
     regions = ("1=cavity_left", "2=sheet", "3=cavity_right")
     settings = replace(settings, file=tmp_path / "two.vtu", regions=regions)
-    assert make_mesh("leg", settings, RunFolder(tmp_path / "two", "mesh")).notes == ()
+    assert make_mesh("leg", settings, RunFolder(tmp_path / "two", "mesh")).notes == (apart,)

@@ -72,6 +72,24 @@ def test_a_leg_is_reduced_where_it_is_mounted(tmp_path, monkeypatch):
         np.testing.assert_allclose(apart, -away, atol=1e-9)
 
 
+def test_a_leg_whose_sides_are_meshed_apart_is_told_of_at_once(tmp_path, monkeypatch):
+    """Before there are snapshots; of a mesh with images nothing is said."""
+    mesh = paper_leg_mesh()
+    for own, told in ((mesh, False), (replace(mesh, mirror_nodes=None, nodes=_skewed(mesh)), True)):
+        robot = paper_robot(paper_leg("published", None, own, LegMaterials()), hub_model="rigid")
+        folder, said = RunFolder(tmp_path / str(told), "reduce"), []
+        monkeypatch.setattr(folder.progress, "say", said.append)
+        asked_for(monkeypatch, lambda robot=robot, folder=folder: reduction.reduce(robot, folder))
+        assert any("left and right are meshed apart" in note for note in said) == told
+
+
+def _skewed(mesh: Mesh) -> np.ndarray:
+    """Its nodes, those above the plate and to the left 0.01 mm further out."""
+    left = (mesh.nodes[:, 1] > 1.0) & (mesh.nodes[:, 2] > 5.0)
+    skewed: np.ndarray = mesh.nodes + np.where(left[:, None], [0.01, 0.0, 0.0], 0.0)
+    return skewed
+
+
 def poses_of(mesh: Mesh, folder: Path, monkeypatch) -> tuple[RobotSpec, list[Pose]]:
     """A robot of a leg, and where its legs are while they walk for snapshots."""
     robot = paper_robot(paper_leg("published", None, mesh, LegMaterials()), hub_model="rigid")

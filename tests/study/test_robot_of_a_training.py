@@ -48,6 +48,27 @@ def test_a_supply_below_the_tasks_pressures_is_refused_before_the_baseline(tmp_p
     assert not list(tmp_path.rglob("*.npz"))
 
 
+@pytest.mark.parametrize("mirror", [True, False])
+def test_mirror_images_of_legs_whose_sides_are_apart_are_told_of(
+    mirror: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before anything walks, here by a training that is refused after that."""
+    spec = RobotDescription.read(PLATE).spec()
+    asked = layered(TrainingOptions(), [{"robot": {"described": str(PLATE)}}])
+    for module in spec.modules:
+        report = {**module.reduced.metadata["report"], "symmetric_mode_count": 0}
+        monkeypatch.setitem(module.reduced.metadata, "report", report)
+    space = asked.coopt.space if mirror else replace(asked.coopt.space, mirror="none")
+    settings = replace(asked.coopt, space=space, mirror_transitions=mirror)
+    folder, said = RunFolder(tmp_path / "run", "coopt"), []
+    monkeypatch.setattr(folder.progress, "say", said.append)
+    gait = replace(asked.baseline.gait, regulator_count=3)
+    baseline = replace(asked.baseline, design="1.0.4.0.4.0", gait=gait)
+    with pytest.raises(ValueError, match="to regulator 4"):
+        run_training(settings, folder, spec, baseline=baseline)
+    assert any("do not treat left and right alike" in note for note in said) == mirror
+
+
 def test_a_file_brings_designs_regulators_and_baseline() -> None:
     """Just below the layer that names it: flags beside it win."""
     asked = layered(TrainingOptions(), [{"robot": {"described": str(PLATE)}}])
