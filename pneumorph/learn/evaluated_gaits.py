@@ -24,6 +24,7 @@ def walk_open_loop(
     objective: Objective,
     seeds: Sequence[int | None],
     report: Callable[[int], None] | None = None,
+    world_count: int | None = None,
 ) -> InWorlds:
     """Walk designs with a gait each.
 
@@ -35,12 +36,20 @@ def walk_open_loop(
         objective: How many worlds each design walks in.
         seeds: Of the rounds; see `walk_in_worlds`.
         report: Told the number of actions done, of one episode.
+        world_count: As of `walk_in_worlds`.
     """
     worlds = objective.worlds_per_design
     filled = action[filled_batch(np.arange(len(design)), environment.num_envs // worlds)]
     actions = cycle(np.moveaxis(np.repeat(filled, worlds, axis=0), 1, 0))
     return walk_in_worlds(
-        environment, space, design, lambda _: next(actions), objective, seeds, report
+        environment,
+        space,
+        design,
+        lambda _: next(actions),
+        objective,
+        seeds,
+        report,
+        world_count,
     )
 
 
@@ -77,7 +86,8 @@ def best_of_each_design(
             environment.task.action(np.array([pair.held_kPa for pair in batch])),
             objective,
             evaluation_seeds(objective),
-        ).first(objective.evaluation_worlds)
+            world_count=objective.evaluation_worlds,
+        )
         scores = objective.of(walked.return_cm)
         for place, pair in enumerate(batch):
             known = best.get(pair.design)

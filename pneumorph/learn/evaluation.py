@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -153,8 +153,15 @@ def _walk_in_worlds(
 ) -> list[DesignGaitPair]:
     """Pairs whose score is the objective over the worlds of an evaluation; see `walk_batch`."""
     walked = walk_in_worlds(
-        environment, space, batch, act, objective, evaluation_seeds(objective), report
-    ).first(objective.evaluation_worlds)
+        environment,
+        space,
+        batch,
+        act,
+        objective,
+        evaluation_seeds(objective),
+        report,
+        objective.evaluation_worlds,
+    )
     scores = objective.of(walked.return_cm)
     return [
         DesignGaitPair(
@@ -204,17 +211,6 @@ class InWorlds:
     failed: np.ndarray
     command_kPa: np.ndarray
 
-    def first(self, count: int) -> InWorlds:
-        """In the first worlds alone, so many."""
-        few = slice(count)
-        return replace(
-            self,
-            return_cm=self.return_cm[:, few],
-            distance_cm=self.distance_cm[:, few],
-            achieved=self.achieved[:, few],
-            failed=self.failed[:, few],
-        )
-
 
 def walk_in_worlds(
     environment: TrainingEnvironment,
@@ -224,6 +220,7 @@ def walk_in_worlds(
     objective: Objective,
     seeds: Sequence[int | None],
     report: Callable[[int], None] | None = None,
+    world_count: int | None = None,
 ) -> InWorlds:
     """Walk designs in `Objective.worlds_per_design` worlds for each seed.
 
@@ -236,6 +233,7 @@ def walk_in_worlds(
         objective: How many worlds.
         seeds: What each round's worlds are drawn by; None goes on with the environment's own.
         report: Told the number of actions done in the first round.
+        world_count: Only the first worlds count, so many; None for all.
     """
     side_by_side = objective.worlds_per_design
     designs = filled_batch(batch, environment.num_envs // side_by_side)
@@ -252,9 +250,9 @@ def walk_in_worlds(
     ]
 
     def by_world(values: list[np.ndarray]) -> np.ndarray:
-        """Of each round's robots, (design, world)."""
+        """Of each round's robots in the worlds that count, (design, world)."""
         shaped = np.reshape(values, (len(walked), len(designs), side_by_side))
-        return np.moveaxis(shaped, 1, 0).reshape(len(designs), -1)[: len(batch)]
+        return np.moveaxis(shaped, 1, 0).reshape(len(designs), -1)[: len(batch), :world_count]
 
     fallen = by_world([each.failed for each in walked])
     # A robot that fails begins its episode anew: its gait is that of the first world without.

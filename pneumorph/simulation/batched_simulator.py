@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from enum import IntEnum
 from typing import Any
@@ -31,7 +31,6 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "integration")
 """What the stepper's time is spent on, in the order of a step."""
 
-_WHOLE_MODES = 8
 
 _STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
 
@@ -122,11 +121,7 @@ class BatchedSimulator:
             for robot, own in zip(robots, physics, strict=True)
         ]
         batch, parts = self._batch, self._parts
-        if (
-            batch is None
-            or not used.keys() <= {id(part) for part in parts}
-            or batch.padded_modes != _padded(used.values())
-        ):
+        if batch is None or used.keys() != {id(part) for part in parts}:
             parts = list(used.values())
             batch = _engine.Batch(
                 [part_arrays(part, self.physics) for part in parts],
@@ -310,6 +305,14 @@ class BatchedSimulator:
         Raises:
             ValueError: The state is of another robot, precision or instruction set.
         """
+        own = self.state(robot)
+        for name in _STATE:
+            told, expected = np.size(getattr(state, name)), np.size(getattr(own, name))
+            if told != expected:
+                raise ValueError(
+                    f"{name} has {told} numbers, expected {expected}; the state is of another robot"
+                )
+        self.set_memory(robot, state.memory)  # refused before anything else is written
         if self.status[robot] != RobotStatus.RUNNING:
             self._batch.reset(robot)
         for name in _STATE:
@@ -381,9 +384,3 @@ class BatchedSimulator:
     def instruction_set(self) -> str:
         """Which build of the stepper runs."""
         return str(self._batch.instruction_set)
-
-
-def _padded(parts: Collection[ReducedPart]) -> int:
-    """Modes that the engine gives every leg of a batch of parts: whole eights."""
-    most = max((part.mode_count for part in parts), default=1)
-    return -(-most // _WHOLE_MODES) * _WHOLE_MODES

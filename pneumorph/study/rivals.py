@@ -286,7 +286,10 @@ def _time(run: FinishedRun, method: Method) -> tuple[int, int]:
     usual = SearchSettings.finalist_count
     if not _tells_evaluations(run):
         return learned_timesteps(run), usual
-    each = evaluation_timesteps(1, run.objective or Objective(), run.task)
+    objective = run.objective or Objective()
+    if not objective.is_robust:  # nothing walks again at a search's end
+        return _spent(run), usual
+    each = evaluation_timesteps(1, objective, run.task)
     # A search of gaits ranks one of each design: the expert's and those of the pairs.
     least = 1 + len(run.pairs(PAIRS_OF_RUN)) if method == "gaits" else 1
     count = max(least, min(usual, _spent(run) // (3 * each)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.training_environment import TaskWrapper
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
-from pneumorph.learn.evaluation import walk_batch, walk_in_worlds
+from pneumorph.learn.evaluation import InWorlds, walk_batch, walk_in_worlds
 from pneumorph.learn.failed_walks import with_failed, with_lost
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
@@ -90,6 +91,21 @@ def test_an_evaluation_counts_worlds_where_a_robot_failed_like_its_worst() -> No
     assert not walked.failed[1].any()
     assert (walked.return_cm[0, sound] < 0.0).all()
     np.testing.assert_array_equal(walked.return_cm[0, ~sound], walked.return_cm[0, sound].min())
+
+
+@pytest.mark.parametrize("seeds", [[1, 2], [2, 1]])
+def test_worlds_that_do_not_count_say_nothing_of_one_that_failed(seeds: list[int]) -> None:
+    """Whole rounds walk; of the last one only some worlds may count."""
+    action = np.random.default_rng(0).uniform(-1.0, 1.0, (TASK.action_count, TASK.regulator_count))
+
+    def walked(seeds: list[int]) -> InWorlds:
+        steps = cycle(action)
+        act = lambda observation: np.tile(next(steps), (len(observation), 1))  # noqa: E731
+        return walk_in_worlds(fragile(8), SPACE, np.array([BAD, 3]), act, FOUR, seeds, None, 4)
+
+    some, alone = walked(seeds), walked(seeds[:1])
+    for name, values in vars(some).items():
+        np.testing.assert_array_equal(values, getattr(alone, name))
 
 
 def test_a_search_does_not_find_a_robot_that_fails(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from helpers.crawlers import GAIT, PHYSICS, STEPPER, crawlers, march
 
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
@@ -62,6 +63,24 @@ def test_a_robot_that_failed_goes_on_from_a_state_as_any_other():
         simulator.advance(np.tile(GAIT[1], (3, 1)), 20)
     for name in ("position", "rotation", "modes", "impulses"):
         assert np.array_equal(failed.read(name)[1], sound.read(name)[1])
+
+
+def test_a_refused_state_changes_nothing():
+    robots = crawlers()
+    simulator = BatchedSimulator(robots, PHYSICS, STEPPER, 1)
+    state = simulator.state(0)
+    simulator.advance(np.tile(GAIT[0], (3, 1)), 20)
+    simulator.write(1, "velocity", np.array([0.0, 0.0, 1e9]))
+    simulator.advance(np.tile(GAIT[0], (3, 1)), 20)
+    before = simulator.state(1)
+    for wrong in (
+        replace(state, position=state.position + 1.0, modes=state.modes[:1]),
+        replace(simulator.state(0), position=np.ones(3), memory=b"none of ours"),
+    ):
+        with pytest.raises(ValueError, match="it is of another robot|the state is of another"):
+            simulator.set_state(1, wrong)
+        assert simulator.status[1] == RobotStatus.DIVERGED
+        np.testing.assert_equal(vars(simulator.state(1)), vars(before))
 
 
 def test_inactive_robots_stand_still():

@@ -68,9 +68,10 @@ def test_the_order_of_unlike_legs_does_not_matter():
     assert states[0][1] == pytest.approx(states[1][1], abs=1e-8)
 
 
-def test_robots_of_before_do_not_change_those_of_after():
-    """A batch that held legs of more modes walks those of fewer to the bits of one that never did,
-    and keeps no part of before."""
+@pytest.mark.parametrize("before", [SIXTEEN, EIGHT])
+def test_robots_of_before_do_not_change_those_of_after(before):
+    """A batch that held other legs, of more modes or of as many, walks those of now to the bits of
+    one that never did, and keeps no part of before."""
     light = Hub(0.075, np.zeros(3), 30.0 * np.eye(3), np.zeros(3))
 
     def robot(part):
@@ -81,10 +82,10 @@ def test_robots_of_before_do_not_change_those_of_after():
         return simulator
 
     alone = walked(BatchedSimulator([robot(EIGHT)], PHYSICS, STEPPER, 1))
-    larger = replace(SIXTEEN)
-    kept = weakref.ref(larger)
-    after = BatchedSimulator([robot(larger)], PHYSICS, STEPPER, 1)
-    del larger
+    other = replace(before)
+    kept = weakref.ref(other)
+    after = BatchedSimulator([robot(other), robot(EIGHT)], PHYSICS, STEPPER, 1)
+    del other
     after.set_robots([robot(EIGHT)])
     gc.collect()
     assert kept() is None
