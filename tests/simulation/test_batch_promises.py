@@ -77,7 +77,7 @@ def test_a_refused_state_changes_nothing():
         replace(state, position=state.position + 1.0, modes=state.modes[:1]),
         replace(simulator.state(0), position=np.ones(3), memory=b"none of ours"),
     ):
-        with pytest.raises(ValueError, match="it is of another robot|the state is of another"):
+        with pytest.raises(ValueError, match=r"it is of another robot|the state is of another"):
             simulator.set_state(1, wrong)
         assert simulator.status[1] == RobotStatus.DIVERGED
         np.testing.assert_equal(vars(simulator.state(1)), vars(before))
