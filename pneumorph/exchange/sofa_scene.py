@@ -166,8 +166,9 @@ def export_sofa_scene(
 
     Raises:
         ArtefactError: The part was reduced from another mesh.
-        ValueError: The model has no membrane, not one cavity, or elements that the scene's force
-            fields have not; or the part's mass is not the same at every node. Nothing is written.
+        ValueError: The model or the part has no membrane, the model not one cavity, or elements
+            that the scene's force fields have not; or the part's mass is not the same at every
+            node. Nothing is written.
     """
     physics = physics or Physics()
     part.check_mesh(model.mesh)
@@ -177,8 +178,13 @@ def export_sofa_scene(
             "expected linear ones, as `pneumorph mesh --preset paper` makes them: SOFA's force "
             "fields of the scene know no other"
         )
-    if not model.membranes or len(part.membrane_index) == 0:
+    if not model.membranes:
         raise ValueError("the model has no membrane, expected a leg with its sheet")
+    if len(part.membrane_index) == 0:
+        raise ValueError(
+            "the part has no membrane though its model has one, expected sampled elements of its "
+            "sheet: it may have been reduced without them"
+        )
     mesh = model.mesh
     cavities = cavity_regions(mesh)
     if len(cavities) != 1:
@@ -222,8 +228,8 @@ def _check_even_mass(part: ReducedPart) -> None:
     if off > SAME_MASS:
         raise ValueError(
             f"the part's modes have masses up to {off:.2g} off one if each node has the same mass, "
-            f"expected {SAME_MASS:g} or less: the scene has a UniformMass. The part was reduced "
-            "with --materials.mass-lumping volume; reduce it with `even`"
+            f"expected {SAME_MASS:g} or less: the scene has a UniformMass. The part may have been "
+            "reduced with --materials.mass-lumping volume; reduce it with `even`"
         )
 
 

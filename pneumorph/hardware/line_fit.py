@@ -6,6 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+SAME_PLACE = 0.0099
+"""Readings nearer to the lowest of a place than this share of the range are of that place: just
+below 1 %, so that a staircase of up to 100 even steps has a place at each pressure. What a gauge
+rounds to is less."""
+
 
 @dataclass(frozen=True)
 class LineFit:
@@ -14,9 +19,10 @@ class LineFit:
     slope: float
     intercept: float
     slope_interval: tuple[float, float]
-    """95 % confidence interval of the slope."""
+    """95 % confidence interval of the slope; NaN of points at two places, through whose means a
+    line always goes: nothing tells how far it is off elsewhere."""
     intercept_interval: tuple[float, float]
-    """95 % confidence interval of the intercept."""
+    """The same of the intercept."""
     r_squared: float
     """Share of the variance of y that the line explains."""
     rms: float
@@ -25,14 +31,13 @@ class LineFit:
 
 
 def fit_line(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> LineFit:
-    """Ordinary least squares; intervals by Student's t with n - 2 degrees of freedom.
+    """Ordinary least squares; intervals by Student's t with m - 2 degrees of freedom.
 
-    The standard errors are s / sqrt(Sxx) and s sqrt(1/n + mean(x)^2 / Sxx) with
-    s^2 = sum r^2 / (n - 2) (Draper and Smith, Applied Regression Analysis, 1998, section 1.4).
-    Where points repeat, r is what the means at the m places are off, each counted as often as it
-    has points, with m - 2 degrees of freedom (the mean square of the lack of fit, section 2.1):
-    what the line itself lacks there is the same in all repeats, which know no more of it. Of two
-    places, whose means no line misses, the points count.
+    The m points are the means at the places (`SAME_PLACE`), each of which counts once: what the
+    line itself lacks there is the same in all repeats, which know no more of it. The standard
+    errors are s / sqrt(Sxx) and s sqrt(1/m + mean(x)^2 / Sxx) with s^2 = sum r^2 / (m - 2) (Draper
+    and Smith, Applied Regression Analysis, 1998, section 1.4). They take the means to scatter
+    alike: where noise is all that scatters them, places should be read about equally often.
 
     Args:
         x: Abscissae, (point,).
@@ -47,23 +52,26 @@ def fit_line(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> LineFit:
     count = len(x)
     if count < 3:
         raise ValueError(f"a line with confidence needs at least 3 points, got {count}")
-    mean = float(np.mean(x))
-    spread = float(np.sum((x - mean) ** 2))
-    if spread <= 0.0:
-        raise ValueError(f"all {count} points are at {mean:g}, expected different ones")
-    slope = float(np.sum((x - mean) * (y - np.mean(y))) / spread)
-    intercept = float(np.mean(y)) - slope * mean
+    if not np.ptp(x) > 0.0:
+        raise ValueError(f"all {count} points are at {x[0]:g}, expected different ones")
+    of = _places(x)
+    readings = np.bincount(of)
+    places, means = x, y
+    if len(readings) < count:
+        places, means = np.bincount(of, x) / readings, np.bincount(of, y) / readings
+    mean = float(np.mean(places))
+    spread = float(np.sum((places - mean) ** 2))
+    slope = float(np.sum((places - mean) * (means - np.mean(means))) / spread)
+    intercept = float(np.mean(means)) - slope * mean
+    slope_error = intercept_error = np.nan
+    if (freedom := len(places) - 2) > 0:
+        missed = means - slope * places - intercept
+        scatter = np.sqrt(float(missed @ missed) / freedom)
+        reach = float(student.ppf(0.5 + 0.5 * confidence, freedom))
+        slope_error = reach * scatter / np.sqrt(spread)
+        intercept_error = reach * scatter * np.sqrt(1.0 / len(places) + mean**2 / spread)
     residual = y - slope * x - intercept
     square_sum = float(residual @ residual)
-    freedom, missed = count - 2, square_sum
-    places, of = np.unique(x, return_inverse=True)
-    if 3 <= len(places) < count:
-        freedom = len(places) - 2
-        missed = float(np.sum(np.bincount(of, residual) ** 2 / np.bincount(of)))
-    scatter = np.sqrt(missed / freedom)
-    reach = float(student.ppf(0.5 + 0.5 * confidence, freedom))
-    slope_error = reach * scatter / np.sqrt(spread)
-    intercept_error = reach * scatter * np.sqrt(1.0 / count + mean**2 / spread)
     total = float(np.sum((y - np.mean(y)) ** 2))
     return LineFit(
         slope,
@@ -74,3 +82,15 @@ def fit_line(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> LineFit:
         float(np.sqrt(square_sum / count)),
         count,
     )
+
+
+def _places(x: np.ndarray) -> np.ndarray:
+    """Number of the place of each point, from the lowest up, (point,): a place reaches so far from
+    its lowest point that a slow ramp is cut into pieces, and not taken for one place."""
+    found = np.empty(len(x), dtype=int)
+    near, number, lowest = SAME_PLACE * np.ptp(x), -1, -np.inf
+    for each in np.argsort(x, kind="stable"):
+        if x[each] - lowest >= near:
+            number, lowest = number + 1, x[each]
+        found[each] = number
+    return found

@@ -41,8 +41,8 @@ LOST_POINTS = 5.0
 lost: where it was meanwhile is not the straight line between."""
 
 SWAPPED_DEG = 90.0
-"""Two markers that seem to turn by more from one frame to the next within `LOST_S` have changed
-places in one of them: no robot that crawls turns so fast."""
+"""Two markers that seem to turn by more from one frame to the next, and were not lost between, have
+changed places in one of them: no robot that crawls turns so fast."""
 
 USUAL_FRAMES_PER_SECOND = 30.0
 """Of a video whose frame rate nobody gave [1/s]."""
@@ -122,11 +122,9 @@ class MarkerTrack:
     def lost(self) -> list[tuple[float, float]]:
         """From when to when the marker was not seen [s]: for half a second, and for much longer
         than from point to point elsewhere."""
-        apart = np.diff(self.time_s)
-        longest_s = max(LOST_S, LOST_POINTS * float(np.median(apart)))
         return [
             (float(self.time_s[place]), float(self.time_s[place + 1]))
-            for place in np.flatnonzero(apart > longest_s)
+            for place in np.flatnonzero(np.diff(self.time_s) > _longest_unseen_s(self.time_s))
         ]
 
     def forward_cm(self, time_s: np.ndarray) -> np.ndarray:
@@ -155,6 +153,15 @@ class MarkerTrack:
             0.0, self.time_s, value
         )
         return change
+
+
+def _longest_unseen_s(time_s: np.ndarray) -> float:
+    """For how long a marker may be unseen that was not lost [s].
+
+    Args:
+        time_s: When it was seen [s], (frame,).
+    """
+    return max(LOST_S, LOST_POINTS * float(np.median(np.diff(time_s))))
 
 
 def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTrack:
@@ -311,14 +318,16 @@ def _track_of(
         )
     angle = np.degrees(np.arctan2(facing[apart, 1], facing[apart, 0]))
     turned, both_s = np.unwrap(angle, period=360.0), both_s[apart]
+    near = np.diff(both_s) <= _longest_unseen_s(track.time_s)
     for place in np.flatnonzero(np.abs(np.diff(turned)) > SWAPPED_DEG):
         before_s, after_s = both_s[place : place + 2] + video.start_s
-        if after_s - before_s <= LOST_S:
+        if near[place]:
             raise ValueError(
                 f"marker_ahead {video.marker_ahead!r}: from {before_s:.3f} to {after_s:.3f} s of "
                 f"the video the robot would turn by {abs(turned[place + 1] - turned[place]):.0f} "
                 f"degrees, expected at most {SWAPPED_DEG:g}; the two markers may have changed "
-                "places in a frame: correct it in the tracker, or empty its cells"
+                "places in a frame: correct it in the tracker, or empty its cells; or frames are "
+                "too far apart to tell how far it turns"
             )
     return _turned(track, both_s, turned)
 

@@ -210,12 +210,14 @@ def check_length(
     """
     if not trials:
         raise ValueError(f"{label} has no trials, expected at least one")
-    tracked_s = min(trial.end_s for trial in trials)
-    common_s = min(simulated_s, tracked_s + sample_s)
+    shortest = min(trials, key=lambda trial: trial.end_s)
+    common_s = min(simulated_s, shortest.end_s + sample_s)
     if common_s < step_s:
         raise ValueError(
             f"{label}: simulation and trials have {common_s:g} s in common, expected at least one "
-            f"step of {step_s:g} s; times of a track count from the gait's start"
+            f"step of {step_s:g} s; the shortest trial is {shortest.name}, whose log and track "
+            f"tell of {shortest.end_s:g} s of the gait: it may have been stopped or cut off, or "
+            "times of its track do not count from the gait's start"
         )
     return common_s
 

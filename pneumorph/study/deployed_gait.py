@@ -233,7 +233,7 @@ def deploy_gait(
             described["notes"] = (found.own_task_note,)
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are
             # Beside a calibration, the options hold the map of the leg as it is before measuring.
-            trained = found.pressure_map or robot.physics.pressure_map
+            trained = found.bending_map or robot.physics.pressure_map
             gait, cut = calibrated(gait, trained, bending_map(spec), rig, folder)
             described |= cut
     try:

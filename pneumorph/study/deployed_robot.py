@@ -164,8 +164,17 @@ def whole_trials(
         step_s: How much of it a trial may miss at most, a step [s].
 
     Returns:
-        Those to compare, and what to tell.
+        Those to compare, and what to tell. Trials of less than a step are left out beside longer
+        ones, whether those are whole or not.
     """
+    begun = [each for each in trials if each.end_s >= step_s]
+    if 0 < len(begun) < len(trials):
+        at_once = ", ".join(
+            f"{each.name} until {each.end_s:.2f} s" for each in trials if each not in begun
+        )
+        kept, others = whole_trials(label, begun, duration_s, step_s)
+        note = f"{label}: trials tell of less than a step of {step_s:g} s: {at_once}; left out"
+        return kept, [note, *others]
     short = [
         each for each in trials if each.end_s < duration_s - step_s or each.track.time_s[0] > step_s
     ]

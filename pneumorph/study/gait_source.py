@@ -25,7 +25,7 @@ from pneumorph.study.finished_run import FinishedRun, TakenOver
 
 @dataclass(frozen=True)
 class GaitSource:
-    """A gait, whose it is, and what it was made with: pressure map (`bending_map`), steps before it
+    """A gait, whose it is, and what it was made with: its leg's `bending_map`, steps before it
     starts, and the goal.
 
     The map is None where the source does not say: then it is that of the leg that walks. The goal
@@ -35,7 +35,7 @@ class GaitSource:
     gait: OpenLoopGait
     design: Design
     name: str
-    pressure_map: PressureMap | None = None
+    bending_map: PressureMap | None = None
     settling_steps: int = 15
     goal: Goal = FORWARD
     meant_for: Design | None = None

@@ -46,9 +46,9 @@ def shown_gaits(
         known = find_gait(source, None, ExpertGait())
         known.check_robot(task.regulator_count)
         physics, gait = spec.physics, known.gait
-        if known.pressure_map is not None:
+        if known.bending_map is not None:
             gait = recalibrated(
-                gait, known.pressure_map, bending_map(spec), task.maximum_pressure_kPa
+                gait, known.bending_map, bending_map(spec), task.maximum_pressure_kPa
             )
         action_s = task.action_step_count * physics.time_step_s
         try:

@@ -204,8 +204,22 @@ def test_a_part_whose_mass_is_not_even_has_no_scene(
     by_volume = leg_model(model.mesh, LegMaterials(mass_lumping="volume"))
     flat = mass_orthonormalise(leg.modes.reshape(-1, leg.mode_count), by_volume.node_mass)
     part = assemble_reduced_part(by_volume, flat.reshape(leg.modes.shape), _cubatures(leg))
-    with pytest.raises(ValueError, match=r"has a UniformMass.* --materials.mass-lumping volume"):
+    why = r"has a UniformMass.* may have been .* --materials.mass-lumping volume"
+    with pytest.raises(ValueError, match=why):
         export_sofa_scene(tmp_path, part, model)
+    assert not list(tmp_path.iterdir())
+
+
+def test_it_is_told_whether_the_model_or_the_part_has_no_membrane(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
+    solid = PartModel(model.mesh, model.material, leg.mass)
+    samples = Cubature(leg.tetrahedron_index, leg.tetrahedron_weight)
+    bare = assemble_reduced_part(solid, leg.modes, (samples,))
+    with pytest.raises(ValueError, match="the part has no membrane though its model has one"):
+        export_sofa_scene(tmp_path, bare, model)
+    with pytest.raises(ValueError, match="the model has no membrane, expected a leg"):
+        export_sofa_scene(tmp_path, leg, solid)
     assert not list(tmp_path.iterdir())
 
 

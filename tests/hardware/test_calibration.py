@@ -18,7 +18,7 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.hardware import bend_test
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.bend_test import MonotoneBend, equal_bend_pairs, read_bends, read_pairs
-from pneumorph.hardware.line_fit import fit_line
+from pneumorph.hardware.line_fit import _places, fit_line
 from pneumorph.hardware.measured_table import read_measured_table
 from pneumorph.physics.air import Air
 from pneumorph.physics.calibration import Calibration, UsedCalibration, describe_calibration
@@ -69,9 +69,17 @@ def test_repeats_that_know_nothing_new_leave_the_intervals() -> None:
     np.testing.assert_allclose(ten.slope_interval, one.slope_interval)
     np.testing.assert_allclose(ten.intercept_interval, one.intercept_interval)
     assert ten.point_count == 90
-    # Two places are on a line: by Student's t of 4 points, s^2 = 4 / 2 and Sxx = 100.
-    low, high = fit_line(np.repeat([0.0, 10.0], 2), np.array([-1.0, 1.0, 9.0, 11.0])).slope_interval
-    assert 0.5 * (high - low) == pytest.approx(4.302653 * np.sqrt(2.0 / 100.0))
+
+
+def test_two_places_are_on_a_line_which_tells_no_interval() -> None:
+    """However often they were read: it may be off elsewhere by anything."""
+    line = fit_line(np.array([0.0, 0.0, 0.05, 10.0]), np.array([-1.0, 1.0, 0.0, 10.0]))
+    assert (line.slope, line.intercept) == pytest.approx(
+        (10.0 / (10.0 - 0.05 / 3.0), -(10.0 / (10.0 - 0.05 / 3.0)) * 0.05 / 3.0)
+    )
+    assert np.isnan([*line.slope_interval, *line.intercept_interval]).all()
+    with pytest.raises(ValueError, match=r"all 3 points are at 0\.1, expected different"):
+        fit_line(np.full(3, 0.1), np.arange(3.0))
 
 
 @pytest.mark.parametrize(("common", "repeats"), [(3.0, 1), (3.0, 3), (3.0, 10), (0.0, 3)])
@@ -89,6 +97,50 @@ def test_intervals_hold_what_the_line_lacks_at_each_place(common: float, repeats
             line.intercept_interval[0] < -20.0 < line.intercept_interval[1],
         ]
     assert np.all(np.abs(held / 500 - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / 500))
+
+
+LADDER_KPA = np.arange(10.0, 91.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("readings", "jitter_kPa"),
+    [
+        ([1, 1, 1, 1, 1, 1, 1, 1, 20], 0.0),
+        ([10, 1, 1, 1, 1, 1, 1, 1, 10], 0.0),
+        ([10] * 9, 0.001),
+        ([3] * 9, 0.05),
+    ],
+)
+def test_a_place_counts_once_however_often_it_was_read(
+    readings: list[int], jitter_kPa: float
+) -> None:
+    """And if a gauge does not tell the same pressure twice. Of 500 lines, 95 % of the intervals
+    hold the truth, to 4 standard errors of a binomial; the readings' noise of 0.5 kPa makes the
+    variances of the means differ by 3 % of the 9 kPa^2 that all readings at a place share."""
+    rng, held = np.random.default_rng(1), np.zeros(2)
+    for _ in range(500):
+        y = 4.0 * LADDER_KPA - 20.0 + 3.0 * rng.standard_normal(len(LADDER_KPA))
+        noise, jitter = rng.standard_normal((2, sum(readings)))
+        x = np.repeat(LADDER_KPA, readings) + jitter_kPa * jitter
+        line = fit_line(x, np.repeat(y, readings) + 0.5 * noise)
+        held += [
+            line.slope_interval[0] < 4.0 < line.slope_interval[1],
+            line.intercept_interval[0] < -20.0 < line.intercept_interval[1],
+        ]
+    assert np.all(np.abs(held / 500 - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / 500))
+
+
+def test_a_place_is_as_wide_as_a_gauge_rounds() -> None:
+    """A hundred even steps keep a place at each pressure, and a finer ramp is no single place."""
+    rng = np.random.default_rng(2)
+    x = rng.permutation(np.linspace(0.0, 90.0, 101))
+    y = 4.0 * x - 20.0 + rng.standard_normal(len(x))
+    assert len(np.unique(_places(x))) == 101
+    line, (slope, intercept) = fit_line(x, y), np.polyfit(x, y, 1)
+    assert (line.slope, line.intercept) == pytest.approx((slope, intercept))
+    ramp = np.linspace(0.0, 90.0, 1001)
+    assert len(np.unique(_places(ramp))) == 101
+    assert _places(np.array([90.0, 10.0, 10.7, 50.0, 11.0])).tolist() == [3, 0, 0, 2, 1]
 
 
 def test_a_curve_or_a_bend_that_is_not_a_number_is_refused() -> None:

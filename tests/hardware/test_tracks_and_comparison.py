@@ -194,6 +194,20 @@ def test_markers_that_change_places_in_some_frames_are_refused(
         read_track(table, VideoSettings(marker_ahead="nose"))
 
 
+@pytest.mark.parametrize("frames_per_second", [1.0, 30.0])
+def test_markers_that_change_places_are_refused_however_slow_the_camera(
+    frames_per_second: float, tmp_path: Path
+) -> None:
+    """A robot that goes straight, whose markers change places in one frame of 40."""
+    rows = ["track,frame_idx,disk.x,disk.y,nose.x,nose.y"]
+    rows += [f"t,{i},{i},0,{i + 10},0" if i != 20 else f"t,{i},{i + 10},0,{i},0" for i in range(40)]
+    (tmp_path / "track.csv").write_text("\n".join(rows) + "\n")
+    video = VideoSettings(frames_per_second=frames_per_second, marker_ahead="nose")
+    begin_s, end_s = 19.0 / frames_per_second, 20.0 / frames_per_second
+    with pytest.raises(ValueError, match=rf"from {begin_s:.3f} to {end_s:.3f} s .* 180 degrees"):
+        read_track(tmp_path / "track.csv", video)
+
+
 def test_a_turn_while_a_marker_was_lost_is_taken(tmp_path: Path) -> None:
     """By 100 degrees in a second: the markers need not have changed places."""
     table = _two_markers("sleap", tmp_path / "track.csv", lost=range(10, 19))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,12 @@ from pneumorph.base.progress import Progress
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.hardware.bend_test import MonotoneBend
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.study import fitted_line
 from pneumorph.study.calibration_settings import CalibrationSettings
 from pneumorph.study.fitted_calibration import CalibrationStudy, calibrate
+from pneumorph.study.fitted_line import with_line
 
 REAL_KPA = np.repeat(np.arange(10.0, 91.0, 10.0), 3)
 BEND_DEG = 0.3 * (4.0785 * REAL_KPA - 20.361)
@@ -52,3 +56,25 @@ def test_a_contradicting_bend_is_refused_with_its_file(
     slipped = np.where(np.arange(27) == 18, -BEND_DEG, BEND_DEG)
     with pytest.raises(ValueError, match=r"bends\.csv: row 19: the bend at 70 kPa is -79"):
         _calibrated(slipped, tmp_path, monkeypatch)
+
+
+def test_of_two_pressures_there_are_no_intervals(tmp_path: Path) -> None:
+    """Nor those of an earlier line; what else was measured keeps its own."""
+    earlier = {"slope": (3.0, 5.0), "intercept_kPa": (-30.0, -10.0), "friction": (0.4, 0.6)}
+    known = Calibration(PressureMap(), friction=0.5, intervals=earlier)
+    pairs, said = tmp_path / "pairs.csv", io.StringIO()
+    header = "real_pressure_kPa,simulated_pressure_kPa\n"
+    run = RunFolder(tmp_path / "c", "calibrate", Progress(said))
+    spec = replace(RobotOptions.of("published").spec(), calibration=known)
+    pairs.write_text(f"{header}20,60\n20,62\n80,300\n80,304\n")
+    fitted, _ = with_line(known, CalibrationSettings(pairs=pairs), spec, run)
+    assert fitted.intervals == {"friction": (0.4, 0.6)}
+    assert Calibration.load(fitted.save(tmp_path / "calibration.json")).intervals == {
+        "friction": (0.4, 0.6)
+    }
+    assert (
+        "pairs.csv: the line has no confidence intervals, expected readings at" in said.getvalue()
+    )
+    pairs.write_text(f"{header}20,60\n50,182\n80,300\n")
+    fitted, _ = with_line(known, CalibrationSettings(pairs=pairs), spec, run)
+    assert set(fitted.intervals) == {"friction", "slope", "intercept_kPa"}

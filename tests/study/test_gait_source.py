@@ -103,7 +103,7 @@ def test_a_runs_gait_knows_the_pressure_map_of_its_leg_and_how_long_it_settled(
     write_json(tmp_path / "summary.json", {"pairs": [pair]})
     write_gait(tmp_path / "L1.csv", HeldGait.evenly(np.full((6, 3), 50.0), 0.1), {})
     found = find_gait(tmp_path, None, ExpertGait())
-    assert found.pressure_map == expected
+    assert found.bending_map == expected
     assert found.settling_steps == 7
 
 

@@ -97,6 +97,26 @@ def test_of_stopped_trials_alone_what_they_have_in_common_is_compared() -> None:
         check_length("L", 20.0, [at_once], 1.0)
 
 
+def test_a_trial_that_was_killed_at_once_does_not_cut_stopped_ones_short() -> None:
+    """Nothing would be left in common: those of a step at least are compared."""
+    stopped = [trial(f"trial_{s:g}", 20.0, log=logged(s + 1.4, s)) for s in (6.0, 9.0)]
+    killed = trial("trial_1", 20.0, log=logged(0.15))
+    kept, told = whole_trials("L", [stopped[0], killed, stopped[1]], 20.0, 1.0)
+    assert kept == tuple(stopped)
+    assert told[0] == "L: trials tell of less than a step of 1 s: trial_1 until 0.20 s; left out"
+    assert told[1].endswith(
+        "trial_9 from 0.00 to 9.00 s (stopped); what all have in common is compared"
+    )
+    assert check_length("L", 20.0, kept, 1.0) == pytest.approx(6.0, abs=0.051)
+    # Of such trials alone nothing can be compared, and the shortest is named.
+    kept, _ = whole_trials("L", [killed], 20.0, 1.0)
+    assert kept == (killed,)
+    with pytest.raises(
+        ValueError, match=r"the shortest trial is trial_1, .* of 0\.2 s of the gait"
+    ):
+        check_length("L", 20.0, [*stopped, *kept], 1.0)
+
+
 def without(begin_s: float, end_s: float) -> MarkerTrack:
     """A track of 20 s without the points between two times."""
     whole = track(0.0, 20.0)
