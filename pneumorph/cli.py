@@ -265,9 +265,10 @@ def _parsed(
         yours = f" (yours: {', '.join(changed)})" if changed else ""
         print(f"{earlier.said}{yours}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
-    if file is not None and is_of_a_run(Path(file)):
-        below, layers = layered(below, layers[:1]), layers[1:]
-    refuse_idle(options, below, layers, parsed.common.out)
+    chosen = None if file is None else Path(file)
+    if chosen is not None and is_of_a_run(chosen):
+        below, layers, chosen = layered(below, layers[:1]), layers[1:], None
+    refuse_idle(options, below, layers, parsed.common.out, chosen)
     return options, parsed.common, origin
 
 

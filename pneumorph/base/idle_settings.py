@@ -34,35 +34,51 @@ def within(group: str, settings: HasIdleSettings) -> dict[str, str]:
 
 
 def refuse_idle(
-    settings: Any, base: Any, layers: Sequence[Mapping[str, Any]], folder: Path | None = None
+    settings: Any,
+    base: Any,
+    layers: Sequence[Mapping[str, Any]],
+    folder: Path | None = None,
+    file: Path | None = None,
 ) -> None:
     """Refuse what was set and changes nothing.
+
+    A higher layer may silence a lower one, as a flag does some of a file: what changes nothing is
+    refused only where it changed nothing in the layer that sets it either.
 
     Args:
         settings: What came of it: ``layered(base, layers)``.
         base: What nobody set here, such as a preset.
         layers: What was set, lowest first, as nested dictionaries.
         folder: Where the run will be. One that was begun there may keep what it was begun with.
+        file: Where the lowest layer was read from; None where it is of no file.
 
     Raises:
-        ValueError: Something was; names the flags, what is missing, and that it would be ignored.
+        ValueError: Something was; names the flags, the file if it is of that, what is missing, and
+            that it would be ignored.
     """
-    idle = settings.idle_settings() if isinstance(settings, HasIdleSettings) else {}
+    idle = _idle(settings)
     if not idle:
         return
     kind = type(settings)
-    rest = [_without(upgraded(kind, layer), map(_parts, idle)) for layer in layers]
+    layers = [upgraded(kind, layer) for layer in layers]
+    refused = [
+        {name: why for name, why in idle.items() if name in _idle_alone(base, layers[:end])}
+        for end in range(1, len(layers) + 1)
+    ]
+    rest = [_without(each, map(_parts, names)) for each, names in zip(layers, refused, strict=True)]
     unset = layered(base, rest)
     before = _begun_with(kind, folder)
-    for name, why in idle.items():
-        place = _nested(_parts(name))
-        flags = changed_flags(unset, settings, place)
-        if before is not None:
-            flags = [flag for flag in flags if flag in changed_flags(before, settings, place)]
-        if flags:
-            raise ValueError(
-                f"{', '.join(flags)}: expected to be left out {why}: it would be ignored"
-            )
+    for level, layer in reversed(list(enumerate(layers))):
+        for name, why in refused[level].items():
+            place = _only(layer, _parts(name))
+            flags = changed_flags(unset, settings, place)
+            if before is not None:
+                flags = [flag for flag in flags if flag in changed_flags(before, settings, place)]
+            if flags:
+                where = f"settings file {file}: " if file is not None and level == 0 else ""
+                raise ValueError(
+                    f"{where}{', '.join(flags)}: expected to be left out {why}: it would be ignored"
+                )
 
 
 def is_of_a_run(file: Path) -> bool:
@@ -79,15 +95,30 @@ def _begun_with(kind: Any, folder: Path | None) -> Any | None:
     return None
 
 
+def _idle(settings: Any) -> dict[str, str]:
+    return settings.idle_settings() if isinstance(settings, HasIdleSettings) else {}
+
+
+def _idle_alone(base: Any, layers: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """What would be idle without the layers above; nothing where they are no settings alone."""
+    with suppress(ValueError):
+        return _idle(layered(base, layers))
+    return {}
+
+
 def _parts(name: str) -> list[str]:
     return name.split(".")
 
 
-def _nested(path: Sequence[str]) -> dict[str, Any]:
-    content: Any = True
-    for name in reversed(path):
-        content = {name: content}
-    return dict(content)
+def _only(layer: Mapping[str, Any], path: Sequence[str]) -> dict[str, Any]:
+    """What a layer sets at a place; empty where it sets nothing there."""
+    first, *others = path
+    if first not in layer:
+        return {}
+    inner = layer[first]
+    if not others:
+        return {first: inner}
+    return {first: _only(inner, others)} if isinstance(inner, Mapping) else {}
 
 
 def _without(layer: Mapping[str, Any], paths: Iterable[Sequence[str]]) -> dict[str, Any]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, get_args
 
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import LegName, pressure_map
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.reduction.reduced_part import SAME_THICKNESS
 
 WIDEST_RATIO = 2.5
 """Pressures of a measured line over those of the leg's usual one, or the other way round, at the
@@ -21,6 +23,13 @@ RELATIVE_TO = "relative_to"
 
 _SAME_MASS = 1e-3
 """Relative difference of masses that are one: another reduction of a leg may round it."""
+
+
+def bent_leg(leg: Module) -> dict[str, Any]:
+    """What tells a leg from others that bend otherwise, for what is fitted to its bends: its name,
+    ``digest`` and, where its reduction says it, the thickness of its sheet, ``sheet_mm``."""
+    known = {} if leg.sheet_mm is None else {"sheet_mm": leg.sheet_mm}
+    return {"name": leg.name, "digest": leg.bending_digest, **known}
 
 
 def relative_to(numbers: Collection[str], modules: Sequence[Module]) -> dict[str, dict[str, Any]]:
@@ -37,7 +46,7 @@ def relative_to(numbers: Collection[str], modules: Sequence[Module]) -> dict[str
         found["mass_factor"] = {"name": leg.name, "mass_g": 1e3 * leg.reduced.mass}
     if "modulus_factor" in numbers:
         (leg,) = modules
-        found["modulus_factor"] = {"name": leg.name, "digest": leg.bending_digest}
+        found["modulus_factor"] = bent_leg(leg)
     return found
 
 
@@ -53,15 +62,15 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
         ValueError: Either is the case; names both legs.
     """
     file = "the calibration" if calibration.path is None else f"calibration {calibration.path}"
-    names = " or ".join(module.name for module in modules)
     _check_bench(calibration, modules, file)
     fitted = calibration.source.get("pressure", {}).get("bent")
     if fitted is not None:
-        bent = [module for module in modules if module.bending_digest == fitted["digest"]]
+        bent = [module for module in modules if _is_leg(module, fitted)]
         if not bent:
+            known, names, what = _told_apart(fitted, modules)
             raise ValueError(
-                f"{file} was fitted to the bends of {fitted['name']}, expected those of {names}, "
-                "which walks: legs of another mesh or material take other pressures; choose that "
+                f"{file} was fitted to the bends of {known}, expected those of {names}, "
+                f"which walks: legs of another {what} take other pressures; choose that "
                 "leg, or calibrate this one"
             )
         modules = bent
@@ -114,11 +123,32 @@ def _check_bench(calibration: Calibration, modules: Sequence[Module], file: str)
                 f"leave out masses.leg_mass_g, or whatever else changed the mass, {again}"
             )
     bent = legs.get("modulus_factor")
-    if bent is not None and all(module.bending_digest != bent["digest"] for module in modules):
-        names = " or ".join(module.name for module in modules)
+    if bent is not None and not any(_is_leg(module, bent) for module in modules):
+        known_as, names, what = _told_apart(bent, modules)
         factor = calibration.measured["modulus_factor"][0]
         raise ValueError(
             f"{file} has modulus_factor {factor:.4g}, measured relative to the moduli of "
-            f"{bent['name']}, expected that leg, and {names} walks: legs of another mesh or "
-            f"material bend otherwise; choose that leg, {again}"
+            f"{known_as}, expected that leg, and {names} walks: legs of another {what} bend "
+            f"otherwise; choose that leg, {again}"
         )
+
+
+def _is_leg(module: Module, said: Mapping[str, Any]) -> bool:
+    """Whether a module is what `bent_leg` said; sheets are one where either does not say its own,
+    as of files of earlier versions."""
+    if module.bending_digest != said["digest"]:
+        return False
+    own, bent = module.sheet_mm, said.get("sheet_mm")
+    return own is None or bent is None or math.isclose(own, bent, rel_tol=SAME_THICKNESS)
+
+
+def _told_apart(said: Mapping[str, Any], modules: Sequence[Module]) -> tuple[str, str, str]:
+    """The leg that was bent, those that walk, and in what they differ, for an error."""
+    if all(module.bending_digest != said["digest"] for module in modules):
+        return said["name"], " or ".join(module.name for module in modules), "mesh or material"
+    walk = [(module.name, module.sheet_mm) for module in modules]
+    bent, *named = (
+        name if sheet_mm is None else f"{name} with a sheet of {sheet_mm:g} mm"
+        for name, sheet_mm in [(said["name"], said["sheet_mm"]), *walk]
+    )
+    return bent, " or ".join(named), "sheet"

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.settings import settings_from_dict
-from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.attachment import face_of_mesh
 from pneumorph.geometry.pneunet import PneuNetShape
@@ -22,9 +20,6 @@ from pneumorph.reduction.fewer_points import FewerPoints, fewer_points
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
-
-USUAL_SHEET_MM = {False: 1.0, True: 0.1}
-"""Thickness of the sheet of legs that ship, by whether they relax [mm]."""
 
 
 def _unknown_face() -> None:
@@ -124,17 +119,17 @@ class Module:
 
     @cached_property
     def bending_digest(self) -> str:
-        """Hash of what decides how it bends, in hexadecimal: its shape at rest, its materials and
-        the thickness of its sheet as it was made; other reductions of it have the same."""
+        """Hash of what decides how it bends beside `sheet_mm`, in hexadecimal: its shape at rest
+        and its materials as it was made; other reductions of it have the same."""
         part = self.make_reduced()
         content = hashlib.sha256(np.ascontiguousarray(part.rest_nodes).tobytes())
         content.update(f"{part.tetrahedron_material!r}{part.membrane_material!r}".encode())
-        if "materials" in part.metadata:  # other parts do not know it
-            made_of = settings_from_dict(LegMaterials, part.metadata["materials"])
-            # As usual it is not said: digests of earlier versions do not.
-            if made_of.sheet_thickness_mm != USUAL_SHEET_MM[part.relaxation is not None]:
-                content.update(f"sheet {made_of.sheet_thickness_mm!r} mm".encode())
         return content.hexdigest()
+
+    @property
+    def sheet_mm(self) -> float | None:
+        """Thickness of its sheet [mm]; None without one, or where its reduction does not say."""
+        return self.reduced.sheet_thickness_mm
 
     @cached_property
     def full(self) -> PartModel:

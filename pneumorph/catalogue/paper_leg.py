@@ -92,7 +92,7 @@ reproduce/actuator_bend."""
 
 
 MEASURED_MATERIALS = LegMaterials(
-    silicone=silicone("Dragon Skin 30").material(relaxation=BEAM_RELAXATION),
+    silicone=silicone("Dragon Skin 30").material(relaxation=BEAM_RELAXATION, small_strain=True),
     sheet=Material(2e6, 0.3, "st_venant_kirchhoff"),
     sheet_thickness_mm=0.1,
     mass_kg=0.0468,

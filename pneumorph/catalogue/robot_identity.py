@@ -14,7 +14,7 @@ from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
-from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomisation import Randomisation, World
 
 
 def reduction_digest(spec: RobotSpec) -> str:
@@ -51,18 +51,25 @@ def full_identity(spec: RobotSpec) -> dict[str, str]:
     return {"robot": content.hexdigest()}
 
 
-def resume_identity(spec: RobotSpec) -> dict[str, str]:
-    """The hub's mass, the heights of a map and legs that go outwards by their own x axes, which
-    `reduction_digest` and `RobotSpec.settings` do not say of the paper's robot.
+def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict[str, str]:
+    """The hub's mass, the heights of a map, legs that go outwards by their own x axes and a lift
+    above uneven ground, which `reduction_digest` and `RobotSpec.settings` do not say of the paper's
+    robot.
 
     Nothing of the mass that the legs' robot usually has, and of ground without a map: what earlier
     versions kept of those does not say them. A described robot's hub is in its digest.
+
+    Args:
+        spec: The robot.
+        drawn: What worlds are drawn from where it is trained or searched; None for its own alone.
 
     Raises:
         FileNotFoundError: No such map.
         ValueError: It is no grid of heights.
     """
+    rough = drawn is not None and drawn.distributions["ground_roughness_mm"].highest > 0.0
     ground = spec.physics.ground.file_identity() | _outwards_identity(spec)
+    ground |= _lifted_identity(spec, rough)
     if spec.name is not None or len(spec.modules) > 1:
         return ground
     numbers = spec.hub.mass_numbers()
@@ -73,14 +80,16 @@ def resume_identity(spec: RobotSpec) -> dict[str, str]:
 
 
 def mounting_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str]:
-    """What is said of modules that earlier versions mounted otherwise; nothing of others.
+    """What is said of modules that earlier versions mounted otherwise, and of robots that they
+    started at another height; nothing of others.
 
     Args:
         spec: The robot.
         worlds: Where it walks.
     """
     rolled = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
-    return rolled | _outwards_identity(spec)
+    rough = any(world.ground_roughness_mm > 0.0 for world in worlds)
+    return rolled | _outwards_identity(spec) | _lifted_identity(spec, rough)
 
 
 def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
@@ -97,6 +106,13 @@ def _outwards_identity(spec: RobotSpec) -> dict[str, str]:
     """What is said of modules that go outwards by their own x axes, whatever face is attached."""
     turned = any(site.turns(module) for site in spec.sites for module in site.modules)
     return {"turned": "outwards"} if turned else {}
+
+
+def _lifted_identity(spec: RobotSpec, rough: bool) -> dict[str, str]:
+    """What is said of robots that start above uneven ground: earlier versions lowered that by less
+    where they were lifted. `rough` tells whether worlds have a ground of their own."""
+    uneven = rough or not spec.physics.ground.is_plane
+    return {"lifted": "above the ground"} if uneven and spec.physics.start.lift_mm > 0.0 else {}
 
 
 def _add_hub_points(content: Any, hub: HubSpec) -> None:

@@ -19,7 +19,7 @@ from pathlib import Path
 from pneumorph.base.run_folder import SUMMARY, RunFolder
 from pneumorph.command.coopt import VERB as COOPT
 from pneumorph.command.verb import Verb
-from pneumorph.report.run_page import write_run_page
+from pneumorph.report.run_page import RUN_PAGE, page_of_finished
 from pneumorph.study.campaign import Campaign, CampaignSettings, campaign
 from pneumorph.study.finished_run import FinishedRun
 
@@ -29,20 +29,16 @@ def run(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     found = campaign(settings, folder)
     folder.progress.stage("drawing the pages")
     for each in found.runs:
-        try:
-            _draw_page(folder.path / each.name)
-        except (OSError, ValueError) as error:  # what was learned is there all the same
-            again = f"`pneumorph report {folder.path / each.name}` draws it"
-            folder.progress.say(f"no page of {each.name}: {error}; {again}")
+        made = FinishedRun.read(folder.path / each.name)
+        if made.settings.get("page", True) and not _has_page(made.folder):
+            page_of_finished(made, folder.progress)
     return found
 
 
-def _draw_page(place: Path) -> None:
-    """Draw a run's page, if it asks for one and has none that is newer than itself."""
-    made, page = FinishedRun.read(place), place / "report/page.html"
-    is_there = page.exists() and page.stat().st_mtime_ns >= (place / SUMMARY).stat().st_mtime_ns
-    if made.settings.get("page", True) and not is_there:
-        write_run_page(made, page)
+def _has_page(place: Path) -> bool:
+    """Whether a run has a page that is newer than itself."""
+    page = place / RUN_PAGE
+    return page.exists() and page.stat().st_mtime_ns >= (place / SUMMARY).stat().st_mtime_ns
 
 
 VERB = Verb(

@@ -43,7 +43,7 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.command.verb import Verb
 from pneumorph.learn.checkpoint import has_checkpoint
-from pneumorph.report.run_page import write_run_page
+from pneumorph.report.run_page import page_of_finished
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_as_asked
 from pneumorph.study.training_result import TrainingResult
@@ -68,11 +68,7 @@ def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
     folder.progress.stage("drawing the page")
     summary = {"verb": folder.verb, **folder.provenance, **result_to_dict(found)}
     shown = FinishedRun(folder.path, summary, settings_to_dict(options))
-    page = None
-    try:
-        page = write_run_page(shown, folder / "report/page.html").page
-    except OSError as error:  # such as a full disk: what was learned is there all the same
-        folder.progress.say(f"no page: {error}; `pneumorph report {folder.path}` draws it")
+    page = page_of_finished(shown, folder.progress)
     return Learned(**{**vars(found), "wall_s": found.wall_s + time.monotonic() - start}, page=page)
 
 

@@ -18,7 +18,8 @@ that nearly incompressible ones do not lock."""
 
 YEOH_RATIOS = ("yeoh_c2_over_c1", "yeoh_c3_over_c1")
 """Constants of a material that are of Yeoh's law."""
-_LAWS_OF_HOOKES_CONSTANTS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
+LAWS_OF_HOOKES_CONSTANTS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
+"""Laws that have no constants but these."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,7 +95,7 @@ class Material(Checked):
         Raises:
             ValueError: Constants of Yeoh's law of another law, or a sheet's mean dilatation.
         """
-        if self.law in _LAWS_OF_HOOKES_CONSTANTS:
+        if self.law in LAWS_OF_HOOKES_CONSTANTS:
             for name in YEOH_RATIOS:
                 if getattr(self, name) != 0.0:
                     raise ValueError(

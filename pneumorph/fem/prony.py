@@ -120,8 +120,9 @@ class PronySeries(Checked):
 
         It is of branches that act on the strain of the test itself, and depends little on the
         strain chosen where they are fast or slow beside the test. Those of
-        `pneumorph.fem.maxwell_group` act on Green's strain and pull harder, half as hard again at a
-        strain of 50 %: `pneumorph.fem.silicones.Silicone.test_ratio`.
+        `pneumorph.fem.maxwell_group` act on Green's strain and pull harder: at a strain of 50 %
+        they add 1.5 to 2.1 times as much to a silicone's stress as this says, see
+        `pneumorph.fem.silicones.Silicone.test_ratio`.
 
         Args:
             strain: Strain at which the two are to agree.

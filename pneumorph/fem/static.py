@@ -30,7 +30,8 @@ class StaticSettings(Checked):
     largest_move_mm: Positive = 8.0
     """Largest displacement of a node in one Newton iteration [mm]."""
     halving_limit: CountOrNone = 5
-    """How often a load step that fails may be halved."""
+    """How often a load step that fails may be halved, and a Newton step that turns rubber inside
+    out."""
 
 
 _KEPT_MM = 1e-6
@@ -110,10 +111,11 @@ def raised_equilibrium(
     rotation: Rotation = "edge",
     settings: StaticSettings | None = None,
 ) -> StaticResult:
-    """The same from rest, along a path on which force and pressure rise together.
+    """The same from rest, the load in shares, for forces that are too strong to be applied at once.
 
-    The path's steps are halved where they fail: first a half, at least 2^-`halving_limit` of the
-    whole load. For forces that are too strong to be applied at once.
+    Each share has the same part of force and pressure: its force is applied at once, its pressure
+    then rises in load steps, which are not halved. A share that fails is halved as a whole: the
+    first is a half, the smallest 2^-`halving_limit` of the load.
 
     Args:
         part: The part.
@@ -134,15 +136,16 @@ def raised_equilibrium(
     share, step, iterations = 0.0, 0.5, 0
     while share < 1.0 and step >= 0.5**settings.halving_limit:
         target = min(share + step, 1.0)
-        tried = static_equilibrium(
+        (tried,) = _equilibria(
             part,
-            target * pressure_kPa,
+            [target * pressure_kPa],
             held_nodes,
-            start=found.positions,
-            start_pressure_kPa=share * pressure_kPa,
-            external_force=target * external_force,
-            rotation=rotation,
-            settings=replace(settings, halving_limit=0),
+            found.positions,
+            share * pressure_kPa,
+            target * external_force,
+            rotation,
+            settings,
+            load_halvings=0,
         )
         iterations += tried.iterations
         if tried.converged:
@@ -234,8 +237,10 @@ def _equilibria(
     rotation: Rotation,
     settings: StaticSettings,
     kept: np.ndarray | None = None,
+    load_halvings: int | None = None,
 ) -> Iterator[StaticResult]:
-    """Equilibria along one path of pressure, up to the first that is not found."""
+    """Equilibria along one path of pressure, up to the first that is not found; `load_halvings`
+    tells how often a load step may be halved, as the settings say if None."""
     held = np.unique(np.asarray(held_nodes))
     if len(held) < 3:
         raise ValueError(f"held_nodes must name at least 3 nodes, got {len(held)}: it would float")
@@ -244,7 +249,8 @@ def _equilibria(
     x = np.array(part.rest_nodes if start is None else start, dtype=float)
     external = np.zeros_like(x) if external_force is None else np.asarray(external_force)
     current, residual, keeping = float(start_pressure_kPa), np.inf, 0.0
-    smallest = settings.load_step_kPa / 2.0**settings.halving_limit
+    halvings = settings.halving_limit if load_halvings is None else load_halvings
+    smallest = settings.load_step_kPa / 2.0**halvings
     for pressure in pressures_kPa:
         if not np.isfinite(pressure):
             raise ValueError(f"pressure_kPa must be finite, got {pressure}")

@@ -61,6 +61,20 @@ class Objective(Checked):
                 "tell next to nothing of a spread"
             )
 
+    def idle_settings(self) -> dict[str, str]:
+        """As `pneumorph.base.idle_settings` has them: of worlds where designs walk in one each, and
+        of other kinds."""
+        if not self.is_robust:
+            names = ("kind", "deviations", "share", "evaluation_worlds", "nominal_until_timestep")
+            why = "where designs walk in one world (--objective.worlds-per-design 1)"
+            return dict.fromkeys(names, why)
+        of_kinds = {"deviations": "mean_minus_deviations", "share": "worst_share"}
+        return {
+            name: f"without --objective.kind {kind}"
+            for name, kind in of_kinds.items()
+            if kind != self.kind
+        }
+
     @property
     def is_robust(self) -> bool:
         """Whether designs walk in several worlds each."""

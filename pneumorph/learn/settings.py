@@ -144,7 +144,6 @@ class CooptSettings(Checked):
         whole = {"seed", "environment_count", "total_timesteps", "buffer_size", "updates"}
         if whole <= content.keys():
             return settings_to_dict(cls())
-        _refuse_pooling_of_none(content, {**below, **content}.get("restarts", cls.restarts))
         return {}
 
     def __post_init__(self) -> None:
@@ -238,22 +237,6 @@ class CooptSettings(Checked):
     def finalist_timesteps(self) -> int:
         """Timesteps of fine-tuning for each finalist, in whole rounds."""
         return self.finetuning.round_count(self.timesteps_per_round) * self.timesteps_per_round
-
-
-def _refuse_pooling_of_none(content: Mapping[str, Any], restarts: Any) -> None:
-    """Refuse settings that ask for more pooled beginnings than can be; those of a preset may be
-    more, where fewer beginnings are asked for beside it.
-
-    Raises:
-        ValueError: They do.
-    """
-    pooled = content.get("pooled_restarts")
-    if isinstance(pooled, int) and isinstance(restarts, int) and 0 < restarts <= pooled:
-        raise ValueError(
-            f"pooled_restarts is {pooled} and restarts is {restarts}, expected at most "
-            f"{restarts - 1} pooled ones: the first beginning has nothing to learn from; set "
-            f"restarts to {pooled + 1} or more beside it"
-        )
 
 
 def paper_settings(seed: int = 0) -> CooptSettings:

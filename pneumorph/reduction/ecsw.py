@@ -31,12 +31,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, NotNegative, Positive, Share
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
@@ -45,6 +44,7 @@ from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, SparseSolution, sparse_nnls
+from pneumorph.reduction.tolerance import Tolerance
 
 Progress = Callable[[int, int, str], None]
 """Called with steps done, steps in all and a message."""
@@ -53,12 +53,6 @@ Progress = Callable[[int, int, str], None]
 _BLOCK_ROWS = 256
 _SCALE_STATES = 24
 """States that tell scales where none has its stiffness fitted."""
-
-
-NOTHING = "a relative error of 1 is that of no modes, fields or elements at all"
-"""Why tolerances are below 1."""
-Tolerance = Annotated[float, Bounds(above=0.0, below=1.0, why=NOTHING)]
-"""Relative error at which no more is added."""
 
 
 @dataclass(frozen=True)

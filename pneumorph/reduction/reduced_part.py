@@ -37,7 +37,7 @@ from pneumorph.reduction.snapshot_range import range_ratio
 SAME_MASS = 1e-3
 """Masses of a reduction and its finite elements that differ by less, relatively, are one that was
 rounded."""
-_SAME_THICKNESS = 1e-6
+SAME_THICKNESS = 1e-6
 """Thicknesses that differ by less, relatively, are one that was rounded."""
 CAVITY_CENTRES = "cavity_centres_mm"
 """Name in a part's metadata of where its cavities are."""
@@ -302,26 +302,45 @@ class ReducedPart(ReducedArrays):
                 "part again"
             )
 
+    @property
+    def sheet_thickness_mm(self) -> float | None:
+        """Thickness of its sheet [mm]; None without one, or where it does not say what it is made
+        of."""
+        made_of = self._made_of
+        if made_of is None or not self._has_sheet:
+            return None
+        size: float = self.metadata.get("size_factor", 1.0)
+        return made_of.sheet_thickness_mm * size
+
+    @property
+    def _made_of(self) -> LegMaterials | None:
+        recorded = self.metadata.get("materials")
+        return None if recorded is None else settings_from_dict(LegMaterials, recorded)
+
+    @property
+    def _has_sheet(self) -> bool:
+        seen = len(self.membrane_rest) + len(self.stretch_1)
+        return bool(self.metadata.get(POINT_COUNTS, {}).get("membrane", seen) > 0)
+
     def _check_sheets(self, model: PartModel) -> None:
         """Refuse other sheets, and masses that are shared otherwise.
 
         Raises:
             ArtefactError: They are.
         """
-        seen = len(self.membrane_rest) + len(self.stretch_1)
-        own = int(self.metadata.get(POINT_COUNTS, {}).get("membrane", seen) > 0)
+        own = int(self._has_sheet)
         if len(model.membranes) != own:
             raise ArtefactError(
-                f"this reduction has {own} sheets, got finite elements of {len(model.membranes)}; "
-                "reduce the part again"
+                f"this reduction has {'one sheet' if own else 'no sheet'}, got finite elements of "
+                f"{len(model.membranes)}; reduce the part again"
             )
-        recorded = self.metadata.get("materials")
-        if recorded is None:
+        made_of, thickness_mm = self._made_of, self.sheet_thickness_mm
+        if made_of is None:
             return
-        made_of = settings_from_dict(LegMaterials, recorded)
-        thickness_mm = made_of.sheet_thickness_mm * self.metadata.get("size_factor", 1.0)
         for sheet in model.membranes:
-            if not math.isclose(sheet.thickness_mm, thickness_mm, rel_tol=_SAME_THICKNESS):
+            if thickness_mm is not None and not math.isclose(
+                sheet.thickness_mm, thickness_mm, rel_tol=SAME_THICKNESS
+            ):
                 raise ArtefactError(
                     f"this reduction's sheet is {thickness_mm:g} mm thick, got finite elements "
                     f"with one of {sheet.thickness_mm:g} mm; say how thick it is "

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Literal
 
-from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, Share
+from pneumorph.base.checked import Checked, Count, CountOrNone, Share
 from pneumorph.physics.physics import Rotation
-from pneumorph.reduction.ecsw import NOTHING, EcswSettings, Tolerance
+from pneumorph.reduction.ecsw import EcswSettings
+from pneumorph.reduction.tolerance import Tolerance, ToleranceOrNone
 
 STRESS_LIMIT = 32
 """Stretches of a sheet that the engine takes, `kMaximumStretches`."""
@@ -57,7 +58,7 @@ class ReductionSettings(Checked):
     """Let contact points give way beyond the modes, by their residual flexibility at rest. Reduced
     robots then follow finite elements more closely while legs slip, for the same modes. Only for
     legs that are held rigidly."""
-    curve_tolerance: Annotated[float, Bounds(least=0.0, below=1.0, why=NOTHING)] = 0.0
+    curve_tolerance: ToleranceOrNone = 0.0
     """Relative projection error to which free bends and blocked tips are represented before modes
     are spent on other snapshots; 0: only their shares count."""
     rotation: Rotation = "edge"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.progress import Progress
 from pneumorph.base.run_folder import SETTINGS, SUMMARY
 from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.goal import Goal
@@ -48,6 +49,9 @@ _SHOWN_ELSEWHERE = (
     "transfer_rewards",
 )  # fmt: skip
 """How the names of pictures end that other sections show."""
+
+RUN_PAGE = "report/page.html"
+"""Where a training's own page is, from its folder."""
 
 
 @runtime_checkable
@@ -124,6 +128,24 @@ def write_run_page(
         run_verb=run.verb,
         wall_s=time.monotonic() - start,
     )
+
+
+def page_of_finished(run: FinishedRun, progress: Progress) -> str | None:
+    """Write the page of a run that has just ended, or say why there is none: what was found is
+    there all the same.
+
+    Args:
+        run: The run.
+        progress: Is told why there is no page.
+
+    Returns:
+        The page's file, in the run's folder; None where it cannot be written or drawn.
+    """
+    try:
+        return write_run_page(run, run.folder / RUN_PAGE).page
+    except (OSError, ValueError) as error:  # such as a full disk, or a value that nothing draws
+        progress.say(f"no page of {run.folder}: {error}; `pneumorph report {run.folder}` draws it")
+        return None
 
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EIO)

@@ -15,10 +15,10 @@ from pneumorph.base.checked import Checked, CountOrNone
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.flags import flat
 from pneumorph.base.idle_settings import is_of_a_run, refuse_idle, within
-from pneumorph.base.layers import layered
+from pneumorph.base.layers import changed_flags, layered
 from pneumorph.base.machine import processor_count
 from pneumorph.base.result import in_cm, result_to_dict
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import SETTINGS, RunFolder
 from pneumorph.base.settings import (
     load_settings,
     read_settings_file,
@@ -35,6 +35,12 @@ from pneumorph.study.training_result import TrainingResult
 
 CAMPAIGN_FILE = "campaign.json"
 
+_OF_ALL: tuple[tuple[dict[str, Any], str], ...] = (
+    ({"coopt": {"seed": True}}, "--seeds says the runs' seeds"),
+    ({"robot": {"executor": True}}, "--executor of the campaign says where all runs are made"),
+    ({"resume": True}, "a campaign goes on with its runs anyway"),
+)
+"""What the campaign says for all its runs, by its place, and why no variant does."""
 _ALONE = ExecutorSettings(process_count=1)
 """Where a run computes its own robots: its process shares the machine with those of others."""
 
@@ -48,7 +54,8 @@ class CampaignSettings(Checked):
     variants: tuple[Path, ...] = ()
     """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
     over the rest; without them all runs differ by their seed alone. `coopt.seed`, `robot.executor`
-    and `resume` are the campaign's and none of a variant's."""
+    and `resume` are the campaign's and none of a variant's; of a run's ``settings.json``, which
+    holds them as well, they are left out."""
     run: Annotated[TrainingOptions, flat] = field(default_factory=TrainingOptions)
     """Settings that all runs share. --executor says where the runs are made: by default one after
     another on this machine, or on all of a Ray cluster."""
@@ -72,9 +79,11 @@ class CampaignSettings(Checked):
             raise ValueError(f"variants are named {names}, expected files of different names")
 
     def idle_settings(self) -> dict[str, str]:
-        """As `pneumorph.base.idle_settings` has them: those of all runs, where no variant may give
-        them a meaning."""
-        return {} if self.variants else within("run", self.run)
+        """As `pneumorph.base.idle_settings` has them: those that change nothing in the runs of any
+        variant."""
+        variants = [self._laid_over(path) for path in self.variants] or [self.run]
+        first, *others = (within("run", each) for each in variants)
+        return {name: why for name, why in first.items() if all(name in each for each in others)}
 
     def bases(self, folder: Path | None = None) -> dict[str, TrainingOptions]:
         """What the runs of each variant have in common, by the variant's name.
@@ -98,31 +107,24 @@ class CampaignSettings(Checked):
         return {path.stem: self._variant(path, folder) for path in self.variants}
 
     def _variant(self, path: Path, folder: Path | None) -> TrainingOptions:
-        base = self.run
-        load_settings(TrainingOptions, path, base)  # what it refuses, it refuses by the file's name
-        content = read_settings_file(path)
-        options = layered(base, [content])
-        of_all = {
-            "coopt.seed": (options.coopt.seed, base.coopt.seed, "--seeds says the runs' seeds"),
-            "robot.executor": (
-                options.robot.executor,
-                base.robot.executor,
-                "--executor of the campaign says where all runs are made",
-            ),
-            "resume": (options.resume, base.resume, "a campaign goes on with its runs anyway"),
-        }
-        for name, (asked, usual, why) in of_all.items():
-            if asked != usual:
+        base, options = self.run, self._laid_over(path)
+        if is_of_a_run(path):
+            return options
+        for place, why in _OF_ALL:
+            if flags := changed_flags(base, options, place):
                 raise ValueError(
-                    f"settings file {path}: {name} is {asked}, expected it to be left out of a "
+                    f"settings file {path}: {', '.join(flags)}: expected to be left out of a "
                     f"variant: it would be ignored; {why}"
                 )
-        begun = None if folder is None else folder / f"{path.stem}-{self.seeds[0]}"
-        try:
-            refuse_idle(options, base, [] if is_of_a_run(path) else [content], begun)
-        except ValueError as error:
-            raise ValueError(f"settings file {path}: {error}") from error
+        runs = [] if folder is None else [folder / f"{path.stem}-{each}" for each in self.seeds]
+        begun = next((each for each in runs if (each / SETTINGS).exists()), None)
+        refuse_idle(options, base, [read_settings_file(path)], begun, path)
         return options
+
+    def _laid_over(self, path: Path) -> TrainingOptions:
+        """The settings of all runs with those of a variant's file laid over them."""
+        load_settings(TrainingOptions, path, self.run)  # what it refuses, it refuses by the file
+        return layered(self.run, [read_settings_file(path)])
 
 
 @dataclass(frozen=True)
@@ -185,8 +187,9 @@ class Campaign:
     status: str
     """``completed``, or that some runs failed."""
     best_run: str | None
-    """None where no robot survived, or where runs do not compare: they differ in their goals, what
-    pairs are ranked by, the physics, or what their worlds are drawn from."""
+    """None where no robot survived, or where runs do not compare: they differ in their goals, how
+    long their robots walk, what pairs are ranked by, the physics, or what their worlds are drawn
+    from."""
     best_design: str | None
     best_distance_cm: float | None
     runs: tuple[CampaignRun, ...]
@@ -226,7 +229,7 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     runs = {name: CampaignRun.of(name, found) for name, found in trained.items()}
     walked = [run for run in runs.values() if run.counted is not None]
     failures |= {name: NONE_SURVIVED for name, run in runs.items() if run.counted is None}
-    notes = _that_differ({run.name: trained[run.name] for run in walked})
+    notes = _that_differ({run.name: (options[run.name], trained[run.name]) for run in walked})
     best = None if notes else max(walked, key=lambda run: run.counted or 0.0, default=None)
     found = Campaign(
         status="completed" if not failures else "some runs failed",
@@ -249,19 +252,20 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     return found
 
 
-def _that_differ(runs: Mapping[str, TrainingResult]) -> tuple[str, ...]:
+def _that_differ(runs: Mapping[str, tuple[TrainingOptions, TrainingResult]]) -> tuple[str, ...]:
     """What to tell of runs whose distances do not compare; nothing of those that do."""
-    told: dict[str, Callable[[TrainingResult], Any]] = {
-        "goals": lambda run: run.goal.label,
-        "what pairs are ranked by": lambda run: run.ranked_by or "distance in one world",
-        "physics": lambda run: run.physics,
-        "distributions of worlds": lambda run: _distributions(run.randomisation),
+    told: dict[str, Callable[[TrainingOptions, TrainingResult], Any]] = {
+        "goals": lambda _, run: run.goal.label,
+        "durations of walks": lambda asked, _: f"{_duration_s(asked):.6g} s",
+        "what pairs are ranked by": lambda _, run: run.ranked_by or "distance in one world",
+        "physics": lambda _, run: run.physics,
+        "distributions of worlds": lambda _, run: _distributions(run.randomisation),
     }
     for what, of in told.items():
         names: list[tuple[Any, str]] = []  # the first run of each value, which may have no hash
         for name, run in runs.items():
-            if all(of(run) != value for value, _ in names):
-                names.append((of(run), name))
+            if all(of(*run) != value for value, _ in names):
+                names.append((of(*run), name))
         if len(names) > 1:
             plain = all(isinstance(value, str) for value, _ in names)
             said = ", ".join(f"{value} in {name}" if plain else name for value, name in names)
@@ -270,6 +274,12 @@ def _that_differ(runs: Mapping[str, TrainingResult]) -> tuple[str, ...]:
                 "of each",
             )
     return ()
+
+
+def _duration_s(asked: TrainingOptions) -> float:
+    """How long the robots of a training walk [s]."""
+    task = asked.coopt.task
+    return task.action_count * task.action_step_count * asked.robot.physics.time_step_s
 
 
 def _distributions(randomisation: Mapping[str, Any] | None) -> dict[str, Any] | None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pneumorph.base.artefact import write_atomically
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.calibration_check import check_calibration
+from pneumorph.catalogue.calibration_check import bent_leg, check_calibration
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.bend_test import (
     PressurePairs,
@@ -41,17 +43,20 @@ def with_line(
         assert settings.bends is not None
         measured = settings.bends
         pairs = _pairs_of_bends(settings, spec, folder)
-        bent = {"name": spec.module.name, "digest": spec.module.bending_digest}
-        said = {**provenance(measured, spec), "bent": bent}
+        said = {**provenance(measured, spec), "bent": bent_leg(spec.module)}
     line = _line(pairs, measured)
+    intervals = {"slope": line.slope_interval, "intercept_kPa": line.intercept_interval}
+    known = {name: ends for name, ends in intervals.items() if np.isfinite(ends).all()}
+    if not known:
+        folder.progress.say(
+            f"{measured}: the line has no confidence intervals, expected readings at three or more "
+            "pressures (1 % of their range apart): through two a line always goes"
+        )
+    others = {name: each for name, each in calibration.intervals.items() if name not in intervals}
     fitted = replace(
         calibration,
         pressure_map=PressureMap(line.slope, line.intercept),
-        intervals={
-            **calibration.intervals,
-            "slope": line.slope_interval,
-            "intercept_kPa": line.intercept_interval,
-        },
+        intervals={**others, **known},
         fit={
             **calibration.fit,
             "pressure": {

@@ -124,6 +124,7 @@ def learned_again(
             )
         return LearnedAgain(tuple(kept), found.timesteps, found.wall_s)
 
+    drawn = None if worlds is None else worlds.randomisation
     asked = {
         "coopt": settings,
         "worlds": worlds,
@@ -131,9 +132,9 @@ def learned_again(
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
         # None where they are usual, which folders of earlier versions are taken to be of.
-        "hub_and_map": resume_identity(spec) or None,
+        "hub_and_map": resume_identity(spec, drawn) or None,
         "stepper": spec.stepper,
-        "reductions": {} if worlds is None else reduction_digests(worlds.randomisation),
+        "reductions": {} if drawn is None else reduction_digests(drawn),
     }
     said_now = ("stepper", "reductions")
     return study_once(folder, LearnedAgain, asked, make, begun=True, later=said_now)

@@ -22,7 +22,7 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.fem.material import YEOH_RATIOS, LegMaterials
+from pneumorph.fem.material import LAWS_OF_HOOKES_CONSTANTS, YEOH_RATIOS, LegMaterials
 from pneumorph.fem.silicones import silicone
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.collect import SnapshotSettings
@@ -144,7 +144,9 @@ def _of_silicone(name: Any, usual: dict[str, Any], content: Mapping[str, Any]) -
             "published physics, whose stiffness is tuned: see materials.silicone"
         )
     rubber = silicone(str(name))
-    law = rubber.material(relaxation=relaxation)
+    # As the measured leg was made; branches of one's own have the stress of the test.
+    as_shipped = relaxation == MEASURED_MATERIALS.relaxation
+    law = rubber.material(relaxation=relaxation, small_strain=as_shipped)
     softer = law.young_modulus_kPa / usual["materials"]["silicone"]["young_modulus_kPa"]
     brought = {
         "materials": {"silicone": settings_to_dict(law)},
@@ -159,12 +161,13 @@ def _of_silicone(name: Any, usual: dict[str, Any], content: Mapping[str, Any]) -
 
 
 def _of_law(content: Mapping[str, Any]) -> dict[str, Any]:
-    """No constants of Yeoh's law where a material is given another: those are the preset's."""
+    """No constants of Yeoh's law where a material is given one that has none: those are the
+    preset's. A law of one's own may have them."""
     materials = content.get("materials")
     brought = {}
     for name in ("silicone", "sheet"):
         chosen = materials.get(name) if isinstance(materials, Mapping) else None
-        if isinstance(chosen, Mapping) and chosen.get("law", "yeoh") != "yeoh":
+        if isinstance(chosen, Mapping) and chosen.get("law") in LAWS_OF_HOOKES_CONSTANTS:
             brought[name] = dict.fromkeys(YEOH_RATIOS, 0.0)
     return {"materials": brought} if brought else {}
 

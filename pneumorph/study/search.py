@@ -301,7 +301,7 @@ def _description(
         "designs": [str(settings.space[design]) for design in designs],
         "simulation": robot.settings,
         "leg": reduction_digest(robot),
-        **resume_identity(robot),
+        **resume_identity(robot, None if worlds is None else worlds.randomisation),
         **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
     }
 

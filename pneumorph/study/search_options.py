@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pneumorph.base.flags import flat
+from pneumorph.base.idle_settings import within
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -17,7 +18,6 @@ from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.finished_run import FinishedRun, TakenOver
-from pneumorph.study.idle_objective import idle_of_objective
 from pneumorph.study.search import SearchSettings
 from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
 
@@ -80,11 +80,11 @@ class SearchOptions:
         }
         if asked.method == "gaits":
             found["search.kept_pair_count"] = "without --method random or genetic"
-        idle = idle_of_objective(asked.objective)
-        found |= {f"search.objective.{name}": why for name, why in idle.items()}
-        found["search.objective.centring_rounds"] = (
-            "of a search, whose generations get better without easier worlds"
-        )
+        found |= within("search.objective", asked.objective)
+        if asked.objective.centring_rounds:
+            found["search.objective.centring_rounds"] = (
+                "of a search, whose generations get better without easier worlds"
+            )
         if not asked.objective.is_robust:
             several = "where candidates walk in one world (--objective.worlds-per-design 1)"
             found |= {"search.finalist_count": several, "randomisation": several}

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.flags import flat
-from pneumorph.base.idle_settings import refuse_idle
+from pneumorph.base.idle_settings import refuse_idle, within
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER, RunFolder, read_summary
 from pneumorph.base.settings import laid_over
@@ -43,7 +43,6 @@ from pneumorph.study.changed_files import (
     changed_digests,
     changed_parts,
 )
-from pneumorph.study.idle_objective import idle_of_objective
 from pneumorph.study.own_task import OwnTask, task_name
 from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.shown_gaits import digests_of_shown, shown_gaits
@@ -99,10 +98,14 @@ class TrainingOptions(Checked):
 
     def idle_settings(self) -> dict[str, str]:
         """As `pneumorph.base.idle_settings` has them: of worlds that nobody draws, of a certificate
-        that nobody asked for, and of an objective over one world."""
-        objective = self.coopt.objective
-        idle = idle_of_objective(objective)
-        found = {f"coopt.objective.{name}": why for name, why in idle.items()}
+        that nobody asked for, of an objective over one world, and beginnings that there are not."""
+        objective, most = self.coopt.objective, self.coopt.restarts - 1
+        found = within("coopt.objective", objective)
+        if self.coopt.pooled_restarts > most:
+            found["coopt.pooled_restarts"] = (
+                f"beyond --restarts less one, {most} (the first beginning has nothing to learn "
+                "from)"
+            )
         if not self.randomize:
             found["world_count"] = "without --randomize"
         elif objective.is_robust:

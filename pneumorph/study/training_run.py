@@ -119,7 +119,7 @@ def run_training(
     provenance = {
         "simulation": spec.settings,
         "leg": reduction_digest(spec),
-        **resume_identity(spec),
+        **resume_identity(spec, None if worlds is None else worlds.randomisation),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"shown": shown} if shown else {}),

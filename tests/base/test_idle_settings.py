@@ -62,6 +62,32 @@ def test_what_a_choice_a_preset_or_a_default_brings_is_not() -> None:
     refuse_idle(3, 3, [{}])  # no settings that could say so
 
 
+def test_a_higher_layer_may_silence_a_lower_one() -> None:
+    """Not what changed nothing where it was set as well."""
+    refuse({"worlds": {"draws": True, "count": 3}}, {"worlds": {"draws": False}})
+    with pytest.raises(ValueError, match=r"worlds\.count"):
+        refuse({"worlds": {"draws": True, "count": 3}}, {"worlds": {"draws": False, "count": 4}})
+    with pytest.raises(ValueError, match=r"worlds\.count"):
+        refuse({"worlds": {"count": 3}}, {"robot": "own"}, {"worlds": {"draws": False}})
+
+
+def test_what_a_file_set_is_refused_by_the_files_name() -> None:
+    def of_file(*layers: dict[str, Any]) -> None:
+        refuse_idle(layered(Options(), layers), Options(), layers, None, Path("own.toml"))
+
+    said = r"^settings file own\.toml: --worlds\.count: expected to be left out without"
+    with pytest.raises(ValueError, match=said):
+        of_file({"worlds": {"count": 3}}, {"robot": "own"})
+    with pytest.raises(ValueError, match=r"^--worlds\.count: expected"):
+        of_file({"robot": "own"}, {"worlds": {"count": 3}})
+    with pytest.raises(ValueError, match=r"^--worlds\.count: expected"):  # whose value would count
+        of_file({"worlds": {"count": 4}}, {"worlds": {"count": 3}})
+
+
+def test_a_layer_that_is_nothing_without_those_above_is_not_judged_alone() -> None:
+    refuse({"worlds": {"count": 3}, "robot": 1}, {"robot": "own"})
+
+
 def test_a_run_may_keep_what_it_was_begun_with(tmp_path: Path) -> None:
     """An earlier version took it, and refuses to go on with other settings."""
     save_settings(tmp_path / "settings.json", Options(Worlds(count=3)))

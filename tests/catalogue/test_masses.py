@@ -185,7 +185,7 @@ def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
         ),
         (
             lambda: paper_leg("measured", masses=Masses("cast", leg_mass_g=0.042)).reduced,
-            r"a leg of masses\.leg_mass_g, .* weighs 0\.042 g .* expected 0\.02 to 25: ",
+            r"the leg, of masses\.leg_mass_g .*, weighs 0\.042 g .* expected 0\.02 to 25: ",
         ),
         (
             lambda: paper_hub(Masses("cast", hub_mass_g=81_000.0)),

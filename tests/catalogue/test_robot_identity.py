@@ -12,10 +12,16 @@ from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import leg_kind, masses_of
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
+from pneumorph.catalogue.robot_identity import (
+    mounting_identity,
+    reduction_digest,
+    resume_identity,
+)
 from pneumorph.physics.calibration import Calibration
-from pneumorph.physics.ground import Ground
+from pneumorph.physics.ground import Ground, RoughGround, Steps
 from pneumorph.physics.height_map import HeightMap
+from pneumorph.physics.start_pose import StartPose
+from pneumorph.simulation.randomisation import Randomisation, World
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
 
@@ -51,3 +57,22 @@ def test_maps_of_one_name_are_told_apart(tmp_path: Path) -> None:
         told.append(resume_identity(spec))
     assert told[0].keys() == {"map_digest"}
     assert told[0] != told[1]
+
+
+@pytest.mark.parametrize(
+    "ground", [Ground(), Ground(rough=RoughGround(4.0)), Ground(steps=Steps(rise_mm=5.0))]
+)
+def test_robots_that_are_lifted_above_uneven_ground_are_told_from_earlier_ones(ground) -> None:
+    """Where worlds have a ground of their own, too; on a plane they start as they did."""
+    usual = leg_kind("measured").physics
+    told = {"lifted": "above the ground"}
+    for start, is_lifted in ((StartPose(lift_mm=5.0), True), (StartPose(heading_deg=30.0), False)):
+        spec = paper_robot("measured", replace(usual, ground=ground, start=start))
+        uneven = told if is_lifted and not ground.is_plane else {}
+        assert resume_identity(spec) == uneven
+        assert resume_identity(spec, Randomisation()) == uneven
+        assert mounting_identity(spec, [World.nominal(spec.physics)]) == uneven
+        drawn = told if is_lifted else {}
+        rough = replace(World.nominal(spec.physics), ground_roughness_mm=3.0)
+        assert resume_identity(spec, Randomisation(ground_roughness_mm="U(0, 4)")) == drawn
+        assert mounting_identity(spec, [World.nominal(spec.physics), rough]) == drawn

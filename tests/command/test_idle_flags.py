@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from helpers.run_folders import write_run
 
+from pneumorph.base.artefact import write_json
+from pneumorph.base.layers import layered
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.cli import run
+from pneumorph.command import coopt
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.training_options import TrainingOptions, train
+from pneumorph.study.training_options import TrainingOptions, quick_training, train
 
 Ask = Callable[[str], Any]
 IDLE = {
@@ -27,6 +32,10 @@ IDLE = {
     "coopt --physics published --objective.kind worst_share": "where designs walk in one world",
     "coopt --objective.worlds-per-design 1 --objective.nominal-until-timestep 100": "-until-times",
     "coopt --objective.share 0.5": "without --objective.kind worst_share",
+    "coopt --physics published --restarts 2 --pooled-restarts 9": "--pooled-restarts: expected to "
+    "be left out beyond --restarts less one, 1 (the first beginning has nothing to learn from): it "
+    "would be ignored",
+    "coopt --physics published --pooled-restarts 3": "beyond --restarts less one, 0",
     "demo --physics published --world-count 3": "without --randomize",
     "campaign --physics published --world-count 3": "without --randomize",
     "search --physics published --randomisation.friction 0.3": "candidates walk in one world",
@@ -85,10 +94,52 @@ def test_what_would_be_ignored_is_refused(
         "evaluate {run} --randomize --world-count 3 --randomisation.friction 0.3",
         "coopt --settings {run}/settings.json",
         "coopt --settings {run}/settings.json --no-randomize",
+        "coopt --preset fast --restarts 1",
+        "search --objective.centring-rounds 0",
+        "search --run {run} --objective.centring-rounds 0",
     ],
 )
 def test_what_has_a_meaning_or_nobody_set_is_taken(command: str, trained: Path, asked: Ask) -> None:
     assert asked(command.format(run=trained)) is not None
+
+
+FILES = {
+    "pooled_restarts = 3": "--restarts 4",
+    "restarts = 8\npooled_restarts = 3": "--restarts 2",
+    '[objective]\nkind = "worst_share"\nworlds_per_design = 4\nevaluation_worlds = 16': (
+        "--objective.worlds-per-design 1"
+    ),
+    "randomize = true\n[randomisation]\nfriction = '0.3'": "--physics published",
+}
+"""What has a meaning in a file, or with the flags, and the flags beside it."""
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_file_may_be_the_base_of_flags(text: str, tmp_path: Path, asked: Ask) -> None:
+    """Which may give its settings a meaning, or take it."""
+    file = tmp_path / "own.toml"
+    file.write_text(text)
+    assert asked(f"coopt --settings {file} {FILES[text]}") is not None
+
+
+def test_what_a_file_alone_would_ignore_is_refused_by_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("world_count = 3\n")
+    assert run(["coopt", "--settings", str(file), "--out", str(tmp_path / "out")]) == 1
+    assert f"settings file {file}: --world-count: expected to be left" in capsys.readouterr().err
+
+
+def test_what_an_earlier_version_began_with_too_many_pooled_beginnings_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = settings_to_dict(layered(quick_training(), [{"robot": {"based_on": "published"}}]))
+    begun["coopt"]["pooled_restarts"] = 3
+    write_json(tmp_path / "begun" / "settings.json", begun)
+    flags = ["--physics", "published", "--pooled-restarts", "3", "--resume"]
+    monkeypatch.setattr(coopt, "VERB", replace(coopt.VERB, run=lambda *_: {}))
+    assert run(["coopt", *flags, "--out", str(tmp_path / "begun")]) == 0
 
 
 def test_changes_that_would_be_ignored_are_refused(tmp_path: Path) -> None:

@@ -5,17 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_leg import MEASURED_MATERIALS, load_default_leg
 from pneumorph.fem.material import Material
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.silicones import (
     BEAM_RELAXATION,
+    BULK_OVER_SHEAR,
     SILICONES,
     TEST_RATE_PER_S,
     TEST_STRAIN,
     silicone,
     silicone_of,
 )
-from pneumorph.fem.yeoh_constants import STEADY_INVARIANT, tension_stress, turning_invariant
+from pneumorph.fem.yeoh_constants import (
+    STEADY_INVARIANT,
+    tension_stress,
+    turning_invariant,
+    yeoh_material,
+)
 
 
 def test_dragon_skin_30_has_the_secant_moduli_of_its_test():
@@ -59,22 +66,21 @@ def test_stress_rises_with_strain_in_range(name):
 
 
 @pytest.mark.parametrize(
-    ("series", "tolerance"),
+    "series",
     [
-        (BEAM_RELAXATION, 0.015),
-        (PronySeries((0.1,), (1.0,)), 1e-6),
-        (PronySeries((0.2,), (5.0,)), 1e-6),
-        (PronySeries((0.3,), (2.0,)), 1e-6),
-        (PronySeries((0.5,), (10.0,)), 1e-6),
-        (PronySeries((0.2, 0.3), (0.01, 3.0)), 1e-6),
+        BEAM_RELAXATION,
+        PronySeries((0.0281, 0.2132001), (0.65, 0.03)),
+        PronySeries((0.1,), (1.0,)),
+        PronySeries((0.2,), (5.0,)),
+        PronySeries((0.3,), (2.0,)),
+        PronySeries((0.5,), (10.0,)),
+        PronySeries((0.2, 0.3), (0.01, 3.0)),
     ],
 )
-def test_a_rubber_that_relaxes_has_the_stress_of_its_test(series, tolerance):
+def test_a_rubber_that_relaxes_has_the_stress_of_its_test(series):
     """A bar that keeps its volume, pulled at the test's rate: with S the stress of the branches,
-    the force over area at rest is stretch S_11 - S_22 / stretch^2 beside the law's. Branches
-    stiffen with Green's strain, by half at 50 %; of the 1.5 % that the beam's carry that is 0.8 %,
-    and legs that ship are of these. Of others the strain between two of the thousand steps is off
-    by less than (0.0005)^2 / 8."""
+    the force over area at rest is stretch S_11 - S_22 / stretch^2 beside the law's. The strain
+    between two of the thousand steps is off by less than (0.0005)^2 / 8."""
     rubber = silicone("Dragon Skin 30")
     material = rubber.material(relaxation=series)
     c1 = 0.5 * material.lame_mu
@@ -90,7 +96,7 @@ def test_a_rubber_that_relaxes_has_the_stress_of_its_test(series, tolerance):
     pulled = stretch * along - across / stretch**2
     asked = tension_stress(np.array([stretch]), rubber.c1_kPa, rubber.c2_kPa, rubber.c3_kPa)
     elastic = tension_stress(np.array([stretch]), *constants)
-    assert elastic + pulled == pytest.approx(asked, rel=tolerance)
+    assert elastic + pulled == pytest.approx(asked, rel=1e-6)
     assert elastic < 0.99 * asked
 
 
@@ -98,8 +104,29 @@ def test_the_leg_that_ships_keeps_the_constants_it_was_made_with():
     """Those of the beam's branches at small strain, to the bit."""
     rubber = silicone("Dragon Skin 30")
     ratio = BEAM_RELAXATION.secant_ratio(TEST_STRAIN, TEST_RATE_PER_S)
-    assert rubber.test_ratio(BEAM_RELAXATION) == ratio
+    constants = (each / ratio for each in (rubber.c1_kPa, rubber.c2_kPa, rubber.c3_kPa))
+    made = rubber.material(relaxation=BEAM_RELAXATION, small_strain=True)
+    assert made == yeoh_material(*constants, bulk_over_shear=BULK_OVER_SHEAR)
+    assert made == MEASURED_MATERIALS.silicone
+    assert load_default_leg().tetrahedron_material == made
     assert rubber.material(relaxation=PronySeries()) == rubber.material()
+    assert rubber.material(small_strain=True) == rubber.material()
+
+
+@pytest.mark.parametrize("name", SILICONES)
+def test_the_ratio_at_small_strain_is_lower_by_as_much_as_is_told(name):
+    """Of branches that are fast or slow beside the test 1.5 to 2.1 times as much is added at 50 %,
+    and the beam's make that 0.9 to 1.5 % of the stress."""
+    rubber = silicone(name)
+
+    def ratios(series):
+        return rubber.test_ratio(series), series.secant_ratio(TEST_STRAIN, TEST_RATE_PER_S)
+
+    for time_s in (0.003, 0.03, 1.0, 10.0, 100.0):
+        exact, small = ratios(PronySeries((0.1,), (time_s,)))
+        assert 1.5 < (exact - 1.0) / (small - 1.0) < 2.15
+    exact, small = ratios(BEAM_RELAXATION)
+    assert 0.009 < exact / small - 1.0 < 0.015
 
 
 def test_unknown_silicone_is_refused_with_the_known_ones():

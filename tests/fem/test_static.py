@@ -168,3 +168,30 @@ def test_a_raised_load_has_the_equilibrium_of_one_that_is_found_at_once():
     moved = np.abs(once.positions - part.rest_nodes).max()
     assert moved > 0.05
     np.testing.assert_allclose(raised.positions, once.positions, atol=1e-5 * moved)
+
+
+def test_steps_that_turn_rubber_inside_out_are_shortened_where_a_load_is_raised_too(monkeypatch):
+    """Each share's first step is made twice as long: in the second half of the load it ends at 1.5
+    times the whole displacement, and beyond 1.2 times the part has no energy."""
+    part = small_leg()
+    held = part.mesh.node_set("attachment")
+    force = np.zeros_like(part.rest_nodes)
+    force[part.mesh.node_set("right"), 2] = 0.05
+    whole = static_equilibrium(part, 0.0, held, external_force=force, rotation="polar")
+    furthest = 1.2 * np.abs(whole.positions - part.rest_nodes).max()
+    inner, usual = PartModel.internal_force, static._step
+
+    def internal_force(self, x, *rest):
+        within = np.abs(x - part.rest_nodes).max() < furthest
+        return inner(self, x, *rest) if within else np.full_like(x, np.nan)
+
+    def step(solver, x, pressure, residual, before, *rest):
+        found, more = usual(solver, x, pressure, residual, before, *rest)
+        return (found if np.any(before) else 2.0 * found), more
+
+    monkeypatch.setattr(PartModel, "internal_force", internal_force)
+    monkeypatch.setattr(static, "_step", step)
+    settings = StaticSettings(halving_limit=1)
+    raised = raised_equilibrium(part, 0.0, held, force, rotation="polar", settings=settings)
+    assert raised.converged
+    np.testing.assert_allclose(raised.positions, whole.positions, atol=1e-5 * furthest)

@@ -281,12 +281,12 @@ def test_finite_elements_of_another_number_of_sheets_are_refused():
     part = synthetic_reduced_part(mode_count=2, cells=(4, 4, 4))
     two = (sheet, dataclasses.replace(sheet, surface="skin"))
     for membranes in ((), two):
-        with pytest.raises(ArtefactError, match=rf"has 1 sheets, got .* of {len(membranes)}"):
+        with pytest.raises(ArtefactError, match=rf"has one sheet, got .* of {len(membranes)}"):
             part.check_model(model_like(full, membranes, "even"))
     bare = model_like(full, (), "even")
     without = assemble_reduced_part(bare, vibration_modes(bare, 2))
     without.check_model(bare)
-    with pytest.raises(ArtefactError, match="has 0 sheets, got finite elements of 1"):
+    with pytest.raises(ArtefactError, match="has no sheet, got finite elements of 1"):
         without.check_model(full)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -27,9 +28,12 @@ TURNING = replace(RUN, goal=Goal("turn_left", cm_per_unit=0.1), best_achieved=60
 
 
 def compared(
-    found: dict[str, TrainingResult], folder: Path, monkeypatch: pytest.MonkeyPatch
+    found: dict[str, TrainingResult],
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    asked: Mapping[str, str] | None = None,
 ) -> Campaign:
-    """The campaign of runs VARIANT-SEED that have ended."""
+    """The campaign of runs VARIANT-SEED that have ended, whose variants say what is asked."""
 
     def read(path: Path) -> Any:
         return SimpleNamespace(result=lambda _: found[path.name])
@@ -39,7 +43,7 @@ def compared(
     variants, seeds = zip(*(name.split("-") for name in found), strict=True)
     files = [folder / f"{name}.json" for name in dict.fromkeys(variants) if name != "run"]
     for file in files:
-        file.write_text("{}")
+        file.write_text((asked or {}).get(file.stem, "{}"))
     settings = CampaignSettings(tuple(sorted(set(map(int, seeds)))), tuple(files))
     return campaign(settings, RunFolder(folder / "out", "campaign"))
 
@@ -89,6 +93,34 @@ def test_runs_in_other_worlds_have_no_best(
     assert (found.best_run, found.best_design, found.best_distance_cm) == (None, None, None)
     assert said in found.notes[0]
     assert [each.most_best for each in found.variants.values()] == [3.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        '{"coopt": {"task": {"action_count": 40}}}',
+        '{"coopt": {"task": {"action_step_count": 200}}}',
+        '{"robot": {"physics": {"time_step_s": 0.02}}}',
+    ],
+)
+def test_runs_that_walk_for_longer_have_no_best(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, asked: str
+) -> None:
+    further = replace(RUN, best_distance_cm=5.0, best_achieved=5.0)
+    runs = {"short-0": RUN, "long-0": further}
+    found = compared(runs, tmp_path, monkeypatch, {"long": asked})
+    assert (found.best_run, found.best_design, found.best_distance_cm) == (None, None, None)
+    assert "durations of walks differ (20 s in short-0, 40 s in long-0)" in found.notes[0]
+
+
+def test_actions_of_another_length_in_the_same_time_compare(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    further = replace(RUN, best_distance_cm=5.0, best_achieved=5.0)
+    asked = '{"coopt": {"task": {"action_count": 40, "action_step_count": 50}}}'
+    runs = {"usual-0": RUN, "other-0": further}
+    found = compared(runs, tmp_path, monkeypatch, {"other": asked})
+    assert (found.best_run, found.notes) == ("other-0", ())
 
 
 def test_how_many_worlds_were_learned_in_changes_nothing(

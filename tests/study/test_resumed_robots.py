@@ -17,9 +17,11 @@ from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import quick_settings
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.height_map import HeightMap
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -92,6 +94,47 @@ def test_a_search_and_a_training_are_of_one_hub_and_one_map(
         assert hub == {**usual, "hub_mass": hub["hub_mass"]}
         assert low != high
         assert {**low, "map_digest": None} == {**high, "map_digest": None}
+
+
+def test_what_is_trained_on_drawn_ground_that_it_is_lifted_above_is_told_from_earlier_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The robot's own ground is a plane, as that of one whose worlds have it is."""
+    told: list[dict[str, Any]] = []
+
+    def asked(*given: Any, description: dict[str, Any] | None = None, **_: Any) -> None:
+        told.append(given[-1] if description is None else description)
+        raise _AskedError
+
+    monkeypatch.setattr(searching, "run_search", asked)
+    monkeypatch.setattr(training_run, "refuse_other_settings", asked)
+    monkeypatch.setattr(again, "study_once", lambda _, __, what, *___, **____: asked(what))
+    usual = paper_robot("published")
+    lifted = replace(usual, physics=replace(usual.physics, start=StartPose(lift_mm=5.0)))
+    settings = replace(quick_settings(), space=_SPACE, mirror_transitions=False)
+    objective = Objective(worlds_per_design=2)
+    method = SearchSettings(
+        method="random", timesteps=64, environment_count=4, space=_SPACE, objective=objective
+    )
+    for drawn in ("0", "U(0, 4)"):
+        worlds = TrainingWorlds(Randomisation(ground_roughness_mm=drawn))
+        with pytest.raises(_AskedError):
+            search(
+                method,
+                lifted,
+                RunFolder(tmp_path / "search", "search"),
+                randomisation=worlds.randomisation,
+            )
+        folder = RunFolder(tmp_path / "run", "coopt")
+        with pytest.raises(_AskedError):
+            run_training(settings, folder, lifted, baseline=PhaseSweepSettings(), worlds=worlds)
+        with pytest.raises(_AskedError):
+            learned_again(Trained(tmp_path, settings, worlds), lifted, [], folder)
+        has_ground = drawn != "0"
+        searched, trained, finetuned = told[-3:]
+        assert ("lifted" in searched, "lifted" in trained) == (has_ground, has_ground)
+        lift = {"lifted": "above the ground"} if has_ground else None
+        assert finetuned["hub_and_map"] == lift
 
 
 def test_gaits_are_learned_again_for_one_hub_one_map_and_one_stepper(

@@ -24,7 +24,7 @@ def test_mean_dilatation_is_refused_of_the_linear_mesh_that_ships(tmp_path: Path
 
 @pytest.mark.parametrize("preset", [ReduceOptions(), measured()])
 def test_another_law_leaves_the_presets_constants_of_yeohs_behind(preset: ReduceOptions) -> None:
-    """Those that are asked for with it stay, to be refused."""
+    """Those that are asked for with it stay, to be refused; a law of one's own may have them."""
 
     def silicone(**content: Any) -> list[float]:
         found = layered(preset, [{"materials": {"silicone": content}}]).materials.silicone
@@ -33,4 +33,5 @@ def test_another_law_leaves_the_presets_constants_of_yeohs_behind(preset: Reduce
     own = [getattr(preset.materials.silicone, name) for name in YEOH_RATIOS]
     assert silicone(poisson_ratio=0.49) == silicone(law="yeoh") == own
     assert silicone(law="stable_neo_hookean") == [0.0, 0.0]
+    assert silicone(law="a law of one's own") == own
     assert silicone(law="stable_neo_hookean", yeoh_c2_over_c1=0.3) == [0.3, 0.0]
