@@ -63,7 +63,9 @@ class Physics(Checked):
         float,
         Bounds(above=0.0, most=LONGEST_STEP_S, why="a longer step cannot resolve how a leg swings"),
     ] = 0.01
-    """Time step [s]."""
+    """Time step [s]. Actions and settling are counted in steps, so with another one
+    --task.action-step-count and --task.settling-step-count (15, which are 0.15 s) need another
+    number, too."""
     damping: Damping = "published"
     """`published`: Rayleigh damping on absolute velocities, with the rotated linear stiffness and
     edge-based element rotations, as in the paper; it resists rotating an inflated leg. `objective`:
