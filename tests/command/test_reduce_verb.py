@@ -113,7 +113,7 @@ def test_robots_that_walk_for_snapshots_and_do_not_come_to_the_end_are_left_out(
     ).split()
     assert run(command) == 0
     before = json.loads(capsys.readouterr().out)
-    assert not any("walk" in note for note in before["notes"])
+    assert not any("walked" in note for note in before["notes"])
     file = tmp_path / "leg/snapshots/walk_1.npz"
     walked = Snapshots.load(file)
     walked.metadata["details"]["status"] = "diverged"
