@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,8 @@ import numpy as np
 
 from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.abaqus_file import check_abaqus_file
-from pneumorph.geometry.attachment import OBLIQUE
+from pneumorph.geometry.file_regions import check_one_volume, regions_of
+from pneumorph.geometry.leg_pose_checks import check_end_face, check_outwards, check_upright
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.mirror_image import with_mirror_nodes
@@ -23,20 +24,8 @@ from pneumorph.geometry.surface import connected_pieces, enclosed_volume
 LEAST_EXTENT_MM, LARGEST_EXTENT_MM = 1.0, 10_000.0
 """Between which the longest side of a part's mesh is taken to be in mm."""
 
-_NO_WAY = 1e-6
-"""Between an end and the other, relative to the longest side."""
-
-_DIMENSION_OF = {"vertex": 0, "line": 1, "triangle": 2}
-"""Of the cells that make regions."""
-
 _HIGHER_ORDER = {"triangle6", "triangle10", "triangle15", "tetra10", "tetra20", "tetra35"}
 """Triangles and tetrahedra with nodes on their edges, as meshio calls them."""
-
-GMSH_FIELD = "gmsh:physical"
-"""What meshio calls the numbers of gmsh's physical groups."""
-
-REGION_FIELD = "region"
-"""Name of the cell data that numbers the regions in formats without physical groups."""
 
 
 def read_mesh_file(
@@ -102,9 +91,9 @@ def read_mesh_file(
         mesh = with_mirror_nodes(_with_skin(mesh))
         mesh = _with_contact_points(mesh, contact_spacing_mm)
         check_mesh(mesh)  # now with its contact points
-        _check_upright(mesh)
-        _check_outwards(mesh)
-        _check_end_face(mesh)
+        check_upright(mesh)
+        check_outwards(mesh)
+        check_end_face(mesh)
     except MeshError as error:
         bare = "the mesh has: none" in str(error)
         way = "; a hub needs none of a leg's regions: --surfaces --node-sets" if bare else ""
@@ -144,9 +133,9 @@ def _mesh_of(read: Any, region_names: dict[int, str], scale: float) -> Mesh:
             + (": " if advice else "")
             + "; ".join(advice)
         )
-    _check_one_volume(read)
+    check_one_volume(read)
     cells = np.concatenate(tetrahedra)
-    triangles, sets = _regions(read, region_names)
+    triangles, sets = regions_of(read, region_names)
     used, compact = np.unique(cells, return_inverse=True)
     number = np.full(len(read.points), -1)
     number[used] = np.arange(len(used))
@@ -163,158 +152,6 @@ def _mesh_of(read: Any, region_names: dict[int, str], scale: float) -> Mesh:
     return mesh
 
 
-def _regions(
-    read: Any, region_names: dict[int, str]
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Triangles by region, and nodes by region, in the file's own numbering."""
-    _check_numbers(read, region_names)
-    triangles: dict[str, list[np.ndarray]] = {}
-    nodes = {name: [np.asarray(own, dtype=int)] for name, own in read.point_sets.items()}
-    for name, kind, members in _members(read, region_names):
-        nodes.setdefault(name, []).append(members.ravel())
-        if kind == "triangle":
-            triangles.setdefault(name, []).append(members)
-    return (
-        {name: _each_once(np.concatenate(parts)) for name, parts in triangles.items()},
-        {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
-    )
-
-
-def _each_once(triangles: np.ndarray) -> np.ndarray:
-    """Triangles without those that were there before, whichever way they look, (triangle, 3)."""
-    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
-    once: np.ndarray = triangles[np.sort(first)]
-    return once
-
-
-def _check_one_volume(read: Any) -> None:
-    """Refuse tetrahedra of several volumes, which may be of several materials. In gmsh's files
-    physical groups count, of which 0 is none; its elementary entities may be several. Tetrahedra in
-    no group beside those that are in one are a volume of their own.
-
-    Raises:
-        MeshError: There is more than one, and none of them holds all tetrahedra.
-    """
-    names, numbers, sets = _group_names(read), _region_numbers(read), _element_sets(read)
-    gmsh = _tag_field(read) == GMSH_FIELD
-    held: dict[str, int] = {}
-    total = 0
-    for place, block in enumerate(read.cells):
-        if block.type != "tetra":
-            continue
-        total += len(block.data)
-        here = {}
-        for name, own in sets.items():
-            here[repr(name)] = np.isin(np.arange(len(block.data)), own[place])
-        for tag in np.unique(numbers[place]) if place < len(numbers) else ():
-            called = names.get((int(tag), 3))
-            if called not in sets and not (gmsh and tag == 0):
-                here[str(int(tag)) if called is None else repr(called)] = numbers[place] == tag
-        here["in none"] = ~np.any([np.zeros(len(block.data), dtype=bool), *here.values()], axis=0)
-        for name, inside in here.items():
-            held[name] = held.get(name, 0) + int(inside.sum())
-    held = {name: count for name, count in held.items() if count}
-    if len(held) > 1 and max(held.values()) < total:
-        told = ", ".join(f"{name}: {count}" for name, count in sorted(held.items()))
-        kind = "physical volume" if gmsh else "element set" if sets else "region"
-        raise MeshError(
-            f"its {total} tetrahedra are in {len(held)} {kind}s ({told}), expected one: a part has "
-            f"one solid material; put all that is of it into one {kind}, and delete what is not, "
-            "such as the air in a cavity, before meshing"
-        )
-
-
-def _check_numbers(read: Any, region_names: dict[int, str]) -> None:
-    """Refuse to name a region that is not there, or that has a name.
-
-    Raises:
-        MeshError: No element has that number, or all that have it are in groups that the file
-            itself calls otherwise.
-    """
-    names = _group_names(read)
-    called: dict[int, set[str | None]] = {}
-    for block, own in zip(read.cells, _region_numbers(read), strict=False):
-        dimension = _DIMENSION_OF.get(block.type, block.dim)
-        for tag in np.unique(own).tolist():
-            called.setdefault(tag, set()).add(names.get((tag, dimension)))
-    for number, name in region_names.items():
-        if number not in called:
-            known = ", ".join(map(str, sorted(called))) or "none"
-            raise MeshError(
-                f"no element is in region {number}, which is to be called {name!r}, expected one "
-                f"of the file's: {known}"
-            )
-        own_names = called[number]
-        if None not in own_names and name not in own_names:
-            told = " and ".join(sorted(repr(each) for each in own_names))
-            raise MeshError(
-                f"region {number} is to be called {name!r}, and the file calls it {told}, expected "
-                "a name only where the file has none; rename the group in the mesher"
-            )
-
-
-def _group_names(read: Any) -> dict[tuple[int, int], str]:
-    """Names that the file gives to region numbers, by number and dimension."""
-    return {(int(tag), int(dimension)): name for name, (tag, dimension) in read.field_data.items()}
-
-
-def _tag_field(read: Any) -> str:
-    """What the cell data that numbers the regions is called."""
-    return GMSH_FIELD if GMSH_FIELD in read.cell_data else REGION_FIELD
-
-
-def _region_numbers(read: Any) -> list[np.ndarray]:
-    """Of each cell of each block, (cell,); empty where the file numbers none.
-
-    Raises:
-        MeshError: One is no whole number.
-    """
-    field = _tag_field(read)
-    numbers = []
-    for block, given in zip(read.cells, read.cell_data.get(field, ()), strict=False):
-        own = np.asarray(given)
-        with np.errstate(invalid="ignore"):
-            whole = own.astype(np.int64)
-        if own.size != len(block.data) or np.any(whole != own):
-            strange = own[whole != own]
-            told = f"of shape {own.shape}" if own.size != len(block.data) else f"{strange[0]:g}"
-            raise MeshError(
-                f"cell data {field!r} of its {block.type} cells are {told}, expected one whole "
-                "number for each cell, that of its region"
-            )
-        numbers.append(whole.ravel())
-    return numbers
-
-
-def _element_sets(read: Any) -> dict[str, list[np.ndarray]]:
-    """Named groups of gmsh's newer formats, in which an element may be in several, and element sets
-    of Abaqus: which cells of each block are in them."""
-    sets = {}
-    for name, own in read.cell_sets.items():
-        if name.startswith("gmsh:"):
-            continue
-        # A set that stands before other elements has nothing of those.
-        parts = [*own, *[None] * (len(read.cells) - len(own))]
-        sets[name] = [np.asarray([] if part is None else part, dtype=int) for part in parts]
-    return sets
-
-
-def _members(read: Any, region_names: dict[int, str]) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Regions' names with a kind of cell and its members' nodes."""
-    names, groups = _group_names(read), _element_sets(read)
-    for name, own in groups.items():
-        for block, chosen in zip(read.cells, own, strict=True):
-            if block.type in _DIMENSION_OF and len(chosen):
-                yield name, block.type, block.data[chosen]
-    for block, tags in zip(read.cells, _region_numbers(read), strict=False):
-        if block.type not in _DIMENSION_OF:
-            continue
-        for tag in np.unique(tags).tolist():
-            called = names.get((tag, _DIMENSION_OF[block.type])) or region_names.get(tag)
-            if called is not None and (called not in groups or tag in region_names):
-                yield called, block.type, block.data[tags == tag]
-
-
 def _check_extent(mesh: Mesh, scale: float) -> None:
     """Refuse a mesh that is of no size that a robot's part has.
 
@@ -327,88 +164,6 @@ def _check_extent(mesh: Mesh, scale: float) -> None:
             f"it is {extent:g} mm long with a scale of {scale:g}, expected "
             f"{LEAST_EXTENT_MM:g} to {LARGEST_EXTENT_MM:g} mm: its unit may be another than mm; "
             "a scale of 1000 is that of metres, 25.4 of inches"
-        )
-
-
-def _check_upright(mesh: Mesh) -> None:
-    """Refuse a leg whose sheet is not below it.
-
-    Raises:
-        MeshError: The surface ``sheet``, if there is one, looks out of the solid more than 45
-            degrees off -z, or lies within the solid and in its upper half.
-    """
-    if "sheet" not in mesh.surfaces:
-        return
-    height = mesh.nodes[:, 2]
-    sheet = height[np.unique(mesh.surfaces["sheet"])].mean() - height.min()
-    looks, area = _outward(mesh, mesh.surfaces["sheet"])
-    size = float(np.linalg.norm(looks))
-    # A sheet within the solid looks nowhere, nor does one all round it.
-    told = size > 1e-6 * area > 0.0
-    if (-looks[2] < OBLIQUE * size) if told else (sheet > 0.5 * np.ptp(height)):
-        way = ", ".join(f"{each:.1f}" for each in looks / size + 0.0) if told else ""
-        raise MeshError(
-            f"the sheet lies {sheet:.1f} mm above the lowest node of {np.ptp(height):.1f} mm"
-            + (f" and looks along ({way})" if told else "")
-            + ", expected it at the bottom"
-            + (", looking down, along (0, 0, -1) within 45 degrees" if told else "")
-            + ", z being up: the leg may be upside down, or y up as in some CAD programs; turn the "
-            "nodes before the file is written"
-        )
-
-
-def _outward(mesh: Mesh, triangles: np.ndarray) -> tuple[np.ndarray, float]:
-    """The sum of the normals out of the solid of those triangles that are on its outside, however
-    they look themselves, by area, and the sum of their areas [mm^2], (3,) and a number."""
-    outer, size = outer_boundary(mesh), len(mesh.nodes)
-    weights = np.array([size * size, size, 1])
-    own = np.isin(np.sort(outer, axis=1) @ weights, np.sort(triangles, axis=1) @ weights)
-    corners = mesh.nodes[outer[own]]
-    normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return normals.sum(axis=0), float(np.linalg.norm(normals, axis=1).sum())
-
-
-def _check_outwards(mesh: Mesh) -> None:
-    """Refuse a leg that points anywhere but along x.
-
-    Raises:
-        MeshError: The node sets ``attachment`` and ``outer_end_face``, where there are both, share
-            nodes, or the way from one to the other has no length or is more than 45 degrees off.
-    """
-    none = np.zeros(0, dtype=int)
-    ends = [mesh.node_sets.get(name, none) for name in ("attachment", "outer_end_face")]
-    if any(len(nodes) == 0 for nodes in ends):
-        return
-    shared = int(np.isin(ends[0], ends[1]).sum())
-    if shared:
-        raise MeshError(
-            f"attachment and outer_end_face share {shared} nodes, expected none: what is held does "
-            "not turn; was one face put into both groups?"
-        )
-    held, end = (mesh.nodes[nodes].mean(axis=0) for nodes in ends)
-    way = end - held
-    length = float(np.linalg.norm(way))
-    if length < _NO_WAY * mesh.longest_side_mm or way[0] < OBLIQUE * length:
-        told = ", ".join(f"{each:.1f}" for each in way)
-        raise MeshError(
-            f"outer_end_face lies ({told}) mm from attachment, expected it along +x: bends are "
-            "measured about y; turn the nodes before the file is written"
-        )
-
-
-def _check_end_face(mesh: Mesh) -> None:
-    """Refuse an end that is an edge or a point.
-
-    Raises:
-        MeshError: The nodes of ``outer_end_face``, if there is one, cover no triangle of the
-            outside.
-    """
-    nodes = mesh.node_sets.get("outer_end_face")
-    if nodes is not None and not np.isin(outer_boundary(mesh), nodes).all(axis=1).any():
-        raise MeshError(
-            f"the {len(nodes)} nodes of outer_end_face cover no triangle of the solid's outside, "
-            "expected a face: the bend is how far it turns, which a line or a point does not tell; "
-            "was an edge of the end put into that group?"
         )
 
 

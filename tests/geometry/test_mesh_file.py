@@ -7,8 +7,9 @@ from helpers.box_mesh import box_mesh
 from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.geometry.leg_pose_checks import check_outwards
 from pneumorph.geometry.mesh import Mesh, MeshError
-from pneumorph.geometry.mesh_file import _check_outwards, read_mesh_file
+from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.geometry.surface import TETRAHEDRON_FACES, enclosed_volume
 
@@ -121,7 +122,7 @@ def test_a_leg_that_does_not_point_outwards_is_refused(hollow, axis, sign, refus
     mesh = replace(hollow, node_sets={name: np.flatnonzero(at) for name, at in ends.items()})
     expected = pytest.raises(MeshError, match=r"mm from attachment, expected it along \+x")
     with expected if refused else nullcontext():
-        _check_outwards(mesh)
+        check_outwards(mesh)
 
 
 def test_surface_only_and_damaged_files_are_refused(hollow, tmp_path):

@@ -10,9 +10,10 @@ import pytest
 from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
+from pneumorph.geometry.leg_pose_checks import check_outwards
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
-from pneumorph.geometry.mesh_file import _check_outwards, read_mesh_file
+from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.geometry.quadratic import quadratic_mesh
 
@@ -205,7 +206,7 @@ def test_an_end_round_the_other_is_refused(hollow: Mesh) -> None:
     corners = np.flatnonzero((np.abs(x) == 4.5) & (np.abs(y) == 4.5) & (np.abs(z) == 4.5))
     sets = {"attachment": centre, "outer_end_face": corners}
     with pytest.raises(MeshError, match=r"outer_end_face lies .* mm from attachment, expected it"):
-        _check_outwards(replace(hollow, node_sets=sets))
+        check_outwards(replace(hollow, node_sets=sets))
 
 
 def test_points_are_spread_over_a_skin_that_is_a_flat_sole(hollow: Mesh, tmp_path: Path) -> None:
