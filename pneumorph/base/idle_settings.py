@@ -65,8 +65,7 @@ def refuse_idle(
         {name: why for name, why in idle.items() if name in _idle_alone(base, layers[:end])}
         for end in range(1, len(layers) + 1)
     ]
-    rest = [_without(each, map(_parts, names)) for each, names in zip(layers, refused, strict=True)]
-    unset = layered(base, rest)
+    unset = layered(base, [_without(each, map(_parts, idle)) for each in layers])
     before = _begun_with(kind, folder)
     for level, layer in reversed(list(enumerate(layers))):
         for name, why in refused[level].items():
@@ -101,7 +100,7 @@ def _idle(settings: Any) -> dict[str, str]:
 
 def _idle_alone(base: Any, layers: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     """What would be idle without the layers above; nothing where they are no settings alone."""
-    with suppress(ValueError):
+    with suppress(ValueError, OSError):
         return _idle(layered(base, layers))
     return {}
 

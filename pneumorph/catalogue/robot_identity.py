@@ -69,7 +69,7 @@ def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict
     """
     rough = drawn is not None and drawn.distributions["ground_roughness_mm"].highest > 0.0
     ground = spec.physics.ground.file_identity() | _outwards_identity(spec)
-    ground |= _lifted_identity(spec, rough)
+    ground |= lifted_identity(spec, rough)
     if spec.name is not None or len(spec.modules) > 1:
         return ground
     numbers = spec.hub.mass_numbers()
@@ -89,7 +89,7 @@ def mounting_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str
     """
     rolled = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
     rough = any(world.ground_roughness_mm > 0.0 for world in worlds)
-    return rolled | _outwards_identity(spec) | _lifted_identity(spec, rough)
+    return rolled | _outwards_identity(spec) | lifted_identity(spec, rough)
 
 
 def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
@@ -108,9 +108,14 @@ def _outwards_identity(spec: RobotSpec) -> dict[str, str]:
     return {"turned": "outwards"} if turned else {}
 
 
-def _lifted_identity(spec: RobotSpec, rough: bool) -> dict[str, str]:
+def lifted_identity(spec: RobotSpec, rough: bool = False) -> dict[str, str]:
     """What is said of robots that start above uneven ground: earlier versions lowered that by less
-    where they were lifted. `rough` tells whether worlds have a ground of their own."""
+    where they were lifted.
+
+    Args:
+        spec: The robot.
+        rough: Whether worlds have a ground of their own.
+    """
     uneven = rough or not spec.physics.ground.is_plane
     return {"lifted": "above the ground"} if uneven and spec.physics.start.lift_mm > 0.0 else {}
 

@@ -18,9 +18,9 @@ def spread_points(
     """Choose points so that none of the others is farther than a spacing from a chosen one.
 
     Corners of the convex hull come first, since a flat floor meets a body there, a quarter of the
-    spacing or more apart. The rest is farthest-point sampling (Gonzalez 1985): go on with the point
-    farthest from all chosen. Ties go to the first. Where points have mirror images, a point and its
-    image are chosen together.
+    spacing or more apart but for images of each other. The rest is farthest-point sampling
+    (Gonzalez 1985): go on with the point farthest from all chosen. Ties go to the first. Where
+    points have mirror images, a point and its image are chosen together.
 
     Args:
         points: Candidates that span a volume [mm], (point, 3).

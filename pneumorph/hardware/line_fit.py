@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 SAME_PLACE = 0.0099
-"""Readings nearer to the lowest of a place than this share of the range are of that place: just
-below 1 %, so that a staircase of up to 100 even steps has a place at each pressure. What a gauge
-rounds to is less."""
+"""Readings nearer to the next lower one than this share of the range are of the same place: just
+below 1 %, so that a staircase of up to 100 even steps has a place at each pressure."""
+WIDEST_PLACE = 0.0299
+"""How far a place reaches at most from its lowest reading, as a share of the range, so that a slow
+ramp is cut into pieces; regulators scatter by less."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class LineFit:
     intercept_interval: tuple[float, float]
     """The same of the intercept."""
     r_squared: float
-    """Share of the variance of y that the line explains."""
+    """Share of the variance of the means of y at the places that the line explains."""
     rms: float
     """Root mean square of the residuals, in units of y."""
     point_count: int
@@ -64,33 +66,31 @@ def fit_line(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> LineFit:
     slope = float(np.sum((places - mean) * (means - np.mean(means))) / spread)
     intercept = float(np.mean(means)) - slope * mean
     slope_error = intercept_error = np.nan
+    missed = means - slope * places - intercept
     if (freedom := len(places) - 2) > 0:
-        missed = means - slope * places - intercept
         scatter = np.sqrt(float(missed @ missed) / freedom)
         reach = float(student.ppf(0.5 + 0.5 * confidence, freedom))
         slope_error = reach * scatter / np.sqrt(spread)
         intercept_error = reach * scatter * np.sqrt(1.0 / len(places) + mean**2 / spread)
     residual = y - slope * x - intercept
-    square_sum = float(residual @ residual)
-    total = float(np.sum((y - np.mean(y)) ** 2))
+    total = float(np.sum((means - np.mean(means)) ** 2))
     return LineFit(
         slope,
         intercept,
         (float(slope - slope_error), float(slope + slope_error)),
         (float(intercept - intercept_error), float(intercept + intercept_error)),
-        1.0 - square_sum / total if total > 0.0 else 1.0,
-        float(np.sqrt(square_sum / count)),
+        1.0 - float(missed @ missed) / total if total > 0.0 else 1.0,
+        float(np.sqrt(float(residual @ residual) / count)),
         count,
     )
 
 
 def _places(x: np.ndarray) -> np.ndarray:
-    """Number of the place of each point, from the lowest up, (point,): a place reaches so far from
-    its lowest point that a slow ramp is cut into pieces, and not taken for one place."""
+    """Number of the place of each point, from the lowest up, (point,)."""
     found = np.empty(len(x), dtype=int)
-    near, number, lowest = SAME_PLACE * np.ptp(x), -1, -np.inf
+    number, lowest, last, span = -1, -np.inf, -np.inf, np.ptp(x)
     for each in np.argsort(x, kind="stable"):
-        if x[each] - lowest >= near:
+        if x[each] - last >= SAME_PLACE * span or x[each] - lowest >= WIDEST_PLACE * span:
             number, lowest = number + 1, x[each]
-        found[each] = number
+        found[each], last = number, x[each]
     return found

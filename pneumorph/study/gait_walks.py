@@ -22,6 +22,7 @@ from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_robot import DISK_MASS_KG, paper_hub, ring_of_sites
+from pneumorph.catalogue.robot_identity import lifted_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_robot import FullRobot
@@ -136,6 +137,7 @@ class GaitWalks:
             # Earlier walks were of the published hub, and do not say so.
             **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
             **self._other_than_the_papers,
+            **lifted_identity(self.spec),
         }
         identity: dict[str, Any] = json.loads(json.dumps(depends_on, default=str))
         return identity

@@ -11,7 +11,7 @@ import numpy as np
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_robot import DISK_MASS_KG
-from pneumorph.catalogue.robot_identity import full_identity
+from pneumorph.catalogue.robot_identity import full_identity, lifted_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.part_ingredients import lumping, materials_text
 from pneumorph.fem.resumable_rollout import resumable_rollout
@@ -137,4 +137,5 @@ class ModelPair:
             **lumping(leg),
             **spec.physics.ground.file_identity(),
             **full_identity(spec),
+            **lifted_identity(spec),
         }

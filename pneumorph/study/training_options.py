@@ -103,8 +103,8 @@ class TrainingOptions(Checked):
         found = within("coopt.objective", objective)
         if self.coopt.pooled_restarts > most:
             found["coopt.pooled_restarts"] = (
-                f"beyond --restarts less one, {most} (the first beginning has nothing to learn "
-                "from)"
+                f"or to be at most {most}, one less than --restarts, as the first beginning has "
+                "nothing to learn from"
             )
         if not self.randomize:
             found["world_count"] = "without --randomize"

@@ -69,6 +69,25 @@ def test_a_higher_layer_may_silence_a_lower_one() -> None:
         refuse({"worlds": {"draws": True, "count": 3}}, {"worlds": {"draws": False, "count": 4}})
     with pytest.raises(ValueError, match=r"worlds\.count"):
         refuse({"worlds": {"count": 3}}, {"robot": "own"}, {"worlds": {"draws": False}})
+    with pytest.raises(ValueError, match=r"worlds\.count"):  # also of the value that is silenced
+        refuse({"worlds": {"draws": True, "count": 3}}, {"worlds": {"draws": False, "count": 3}})
+
+
+def test_a_layer_whose_files_are_gone_is_not_judged_alone() -> None:
+    """Those above may name others."""
+
+    @dataclass(frozen=True)
+    class OfFile:
+        file: str = "here"
+        count: int = 8
+
+        def idle_settings(self) -> dict[str, str]:
+            if self.file == "gone":
+                raise FileNotFoundError("gone does not exist")
+            return {"count": "with a file"}
+
+    layers = [{"file": "gone"}, {"file": "there"}]
+    refuse_idle(layered(OfFile(), layers), OfFile(), layers)
 
 
 def test_what_a_file_set_is_refused_by_the_files_name() -> None:

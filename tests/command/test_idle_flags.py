@@ -33,9 +33,8 @@ IDLE = {
     "coopt --objective.worlds-per-design 1 --objective.nominal-until-timestep 100": "-until-times",
     "coopt --objective.share 0.5": "without --objective.kind worst_share",
     "coopt --physics published --restarts 2 --pooled-restarts 9": "--pooled-restarts: expected to "
-    "be left out beyond --restarts less one, 1 (the first beginning has nothing to learn from): it "
-    "would be ignored",
-    "coopt --physics published --pooled-restarts 3": "beyond --restarts less one, 0",
+    "be left out or to be at most 1, one less than --restarts, as the first beginning has nothing",
+    "coopt --physics published --pooled-restarts 3": "or to be at most 0, one less",
     "demo --physics published --world-count 3": "without --randomize",
     "campaign --physics published --world-count 3": "without --randomize",
     "search --physics published --randomisation.friction 0.3": "candidates walk in one world",

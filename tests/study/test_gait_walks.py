@@ -14,6 +14,8 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.ground import Ground, RoughGround
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_walks import DesignGait, GaitWalks, GaitWalkSettings
 
@@ -41,6 +43,18 @@ def test_walks_of_the_papers_robot_are_found_that_earlier_versions_kept(model: H
     for masses in (None, Masses("cast"), Masses("cast", hub_mass_g=60.0)):
         robot = paper_robot("published", masses=masses, hub_model=model)
         assert said(robot) == {"carried": None, "hub_surface": None}
+
+
+def test_walks_that_begin_above_uneven_ground_are_told_from_earlier_ones(spec: RobotSpec) -> None:
+    """Earlier versions lowered those that are lifted by less."""
+    ground = Ground(rough=RoughGround(3.0))
+    for lift_mm, told in ((0.0, None), (5.0, "above the ground")):
+        start = StartPose(lift_mm=lift_mm)
+        for there, of in ((ground, told), (Ground(), None)):
+            physics = replace(spec.physics, ground=there, start=start)
+            lifted = replace(spec, physics=physics)
+            identity = GaitWalks(lifted, GaitWalkSettings()).identity(GAIT)
+            assert identity.get("lifted") == of
 
 
 def test_walks_of_robots_of_other_sites_and_hubs_are_told_apart(spec: RobotSpec) -> None:
