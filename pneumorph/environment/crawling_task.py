@@ -58,6 +58,14 @@ class CrawlingTask(Checked):
         """Numbers of the observation that tell the remembered actions."""
         return self.remembered_action_count * self.regulator_count
 
+    def action_s(self, time_step_s: float) -> float:
+        """How long an action is held [s], with steps of a length [s]."""
+        return self.action_step_count * time_step_s
+
+    def walk_s(self, time_step_s: float) -> float:
+        """How long an episode lasts after settling [s], with steps of a length [s]."""
+        return self.action_count * self.action_step_count * time_step_s
+
     def pressure_kPa(self, action: np.ndarray) -> np.ndarray:
         """Real pressure that an action commands [kPa]: [-1, 1] maps linearly onto the range.
 

@@ -146,7 +146,7 @@ def learn_in_folder(
             evaluation_timesteps=walked,
         )
     result = replace(result, remarks=(*result.remarks, *_of_shown(training, shown, pairs)))
-    action_s = settings.task.action_step_count * time_step_s
+    action_s = settings.task.action_s(time_step_s)
     for pair, said in zip(pairs, result.pairs, strict=True):
         pair.write(folder / said.gait, training.space[pair.design], action_s, settings.task)
     write_json(folder / SUMMARY_FILE, result_to_dict(result))

@@ -48,7 +48,7 @@ def draw_analysis(
     if not robots:
         return
     goal = found.goal
-    step_s = run.task.action_step_count * spec.physics.time_step_s
+    step_s = run.task.action_s(spec.physics.time_step_s)
     figures = {
         "steps": step_figure(
             {label: (walk.time_s, goal.along(walk)) for label, (_, _, walk) in robots.items()},

@@ -46,7 +46,7 @@ def durations_apart(run: FinishedRun) -> Durations | None:
     if not _TASKS & learned.settings.keys() or "baseline" not in swept.settings:
         return None
     task, step_s = learned.task, learned.robot.physics.time_step_s
-    pairs_s = task.action_count * task.action_step_count * step_s
+    pairs_s = task.walk_s(step_s)
     expert_s = swept.baseline.gait.duration_s
     return None if abs(pairs_s - expert_s) < step_s else Durations(pairs_s, expert_s)
 

@@ -209,7 +209,7 @@ class WatchedRun:
         if self._best is None or not same:
             task = self.settings.task
             design = self.settings.space[pair.design]
-            action_s = task.action_step_count * self._spec.physics.time_step_s
+            action_s = task.action_s(self._spec.physics.time_step_s)
             trajectory = recorded_walk(
                 self._spec,
                 design,

@@ -227,7 +227,7 @@ def analyse(
     frictions = settings.frictions(spec.physics.friction, drawn)
     folder = folder or RunFolder(run.folder / "analysis", "analyse")
     robots = walkers(run, settings.pair_count)
-    step_s = run.task.action_step_count * spec.physics.time_step_s
+    step_s = run.task.action_s(spec.physics.time_step_s)
     folder.progress.stage(f"recording {len(robots)} robots")
     recorded = []
     for number, each in enumerate(robots, start=1):

@@ -278,8 +278,7 @@ def _that_differ(runs: Mapping[str, tuple[TrainingOptions, TrainingResult]]) -> 
 
 def _duration_s(asked: TrainingOptions) -> float:
     """How long the robots of a training walk [s]."""
-    task = asked.coopt.task
-    return task.action_count * task.action_step_count * asked.robot.physics.time_step_s
+    return asked.coopt.task.walk_s(asked.robot.physics.time_step_s)
 
 
 def _distributions(randomisation: Mapping[str, Any] | None) -> dict[str, Any] | None:

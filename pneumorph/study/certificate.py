@@ -111,7 +111,7 @@ def certify_once(
     idle = idle_numbers(spec, drawn)
     evidence = _Evidence(
         spec,
-        task.action_step_count * spec.physics.time_step_s,
+        task.action_s(spec.physics.time_step_s),
         settings.cycle_s,
         {name: each for name, each in drawn.numbers_of(worlds).items() if name not in idle},
         by_expert,

@@ -221,7 +221,7 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
             named[:, ours - 1] = commands[:, theirs - 1]
         commands = named
     # The paper's time step, for policies that do not say theirs.
-    action_s = metadata.get("time_step_s", 0.01) * task.action_step_count
+    action_s = task.action_s(metadata.get("time_step_s", 0.01))
     gait = HeldGait.evenly(commands, action_s, task)
     name = f"{path} for {design}"
     return GaitSource(gait, chosen, name, settling_steps=task.settling_step_count, goal=task.goal)

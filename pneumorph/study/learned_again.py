@@ -95,7 +95,7 @@ def learned_again(
         learning, judged = learning_and_judged(environments, spec, learners)
         training = Training(learning, settings, judged)
         space, task = settings.space, settings.task
-        action_s = task.action_step_count * step_s
+        action_s = task.action_s(step_s)
         found = finetune(
             training,
             [space.index(pair.design) for pair in pairs],

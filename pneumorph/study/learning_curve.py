@@ -25,7 +25,7 @@ def learning_curve(run: Path) -> tuple[list[float], list[float]]:
     """
     learned = FinishedRun.read(run)
     found = learned.result(TrainingResult)
-    action_s = learned.task.action_step_count * learned.robot.physics.time_step_s
+    action_s = learned.task.action_s(learned.robot.physics.time_step_s)
     points = [
         (line["timestep"] * action_s, best)
         for line in read_metrics(run / TRAINING_FOLDER)

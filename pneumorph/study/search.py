@@ -173,7 +173,7 @@ def search(
     by_policy, without = _policy_pairs(
         environment, space, learned, list(designs), folder, objective
     )
-    action_s = task.action_step_count * robot.physics.time_step_s
+    action_s = task.action_s(robot.physics.time_step_s)
     own = _own_pairs(environment, space, learned, list(designs), action_s, folder, objective)
     folder.progress.stage(f"searching ({settings.method})")
     found = run_search(
@@ -265,7 +265,7 @@ def _range_notes(
     """What to tell of found pairs that leave the range of their legs in the world as it stands."""
     if not pairs or not any(module.reduced.knows_range for module in robot.modules):
         return []
-    action_s = task.action_step_count * robot.physics.time_step_s
+    action_s = task.action_s(robot.physics.time_step_s)
     gaits = [pair.gait(action_s, task) for pair in pairs]
     designs = [space[pair.design] for pair in pairs]
     ratios = walk(

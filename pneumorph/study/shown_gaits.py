@@ -50,7 +50,7 @@ def shown_gaits(
             gait = recalibrated(
                 gait, known.bending_map, bending_map(spec), task.maximum_pressure_kPa
             )
-        action_s = task.action_step_count * physics.time_step_s
+        action_s = task.action_s(physics.time_step_s)
         try:
             pair = known_pair(gait, known.design, settings.space, task, action_s, "demonstration")
         except ValueError as error:

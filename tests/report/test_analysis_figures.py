@@ -12,6 +12,7 @@ from helpers.result_example import example
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.geometry.pose import Pose
@@ -55,8 +56,7 @@ def test_an_analysis_draws_the_robots_own_plans_and_its_goal(
         record(name)
 
     class Run:
-        class task:
-            action_step_count = 100
+        task = CrawlingTask(action_step_count=100)
 
     run: Any = Run()
     draw_analysis(found, AnalysisSettings(), run, spec, folder)
