@@ -387,7 +387,7 @@ def _result(
         finetuning_wall_s=None,
         remarks=tuple(remarks),
         restart_scores_cm=tuple(training.restart_scores_cm),
-        evaluation_timesteps=training.evaluation_timesteps,
+        evaluation_timesteps=training.ranking.timesteps,
     )
 
 

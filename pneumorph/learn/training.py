@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import jax
@@ -11,11 +10,7 @@ import numpy as np
 
 from pneumorph.base.artefact import reading
 from pneumorph.base.stage_clock import StageClock
-from pneumorph.environment.training_environment import (
-    EnvironmentFactory,
-    ToldStep,
-    TrainingEnvironment,
-)
+from pneumorph.environment.training_environment import EnvironmentFactory, ToldStep
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.demonstrations import FirstRound, check_room, first_round
@@ -26,12 +21,10 @@ from pneumorph.learn.environments import (
     check_shape,
     state_size,
 )
-from pneumorph.learn.evaluated_gaits import best_of_each_design
-from pneumorph.learn.evaluation import evaluate_policy, evaluation_timesteps
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
-from pneumorph.learn.objective import Objective
 from pneumorph.learn.pool import Pool
+from pneumorph.learn.ranking import Ranking
 from pneumorph.learn.round_scores import ScoredRound
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
@@ -102,10 +95,8 @@ class Training:
         """Score of the best pair at the end of each beginning; None where none came to its end."""
         self.update_count = 0
         self.failure_count = 0
-        self.evaluation_timesteps: int | None = 0
-        """Actions of walks that rank gaits, which `timestep` does not count; None where an earlier
-        version began, which did not count them."""
         self.clock = StageClock()
+        self.ranking = Ranking(settings, self.environment, self.judged, self.best, self.clock)
         self._reset = self.clock.timed("simulate", self.environment.reset)
         self._step = self.clock.timed("simulate", self.environment.step)
         # Drawing actions waits for the updates before it: both are learning.
@@ -431,11 +422,9 @@ class Training:
             np.random.default_rng([self.settings.seed, self.timestep]),
             self.pool.best() if knows_earlier else (),
         )
-        if len(designs) > self.settings.ranked_design_count:
-            designs = self._shortlisted(designs, progress)
-        pairs = self._evaluated(self.judged, designs, self.settings.objective, progress)
-        self.best.offer(pairs)
-        return sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
+        return self.ranking.of_policy(
+            self.learner, self.learned.state.policy, designs, self.timestep, progress
+        )
 
     def evaluate_shown(self) -> list[DesignGaitPair]:
         """Walk the gaits that were shown where designs are ranked, and keep good pairs.
@@ -443,48 +432,7 @@ class Training:
         Returns:
             The best of each design, the highest score first.
         """
-        self.count_evaluated(len(self.demonstrations), self.settings.objective)
-        walked = self.clock.timed("evaluate", best_of_each_design)(
-            self.demonstrations, self.judged, self.space, self.settings.objective
-        )
-        pairs = sorted(walked.values(), key=lambda pair: pair.score_cm, reverse=True)
-        self.best.offer(pairs)
-        return pairs
-
-    def count_evaluated(self, count: int, objective: Objective) -> None:
-        """Count the actions of so many gaits that are ranked by an objective."""
-        if self.evaluation_timesteps is not None:
-            self.evaluation_timesteps += evaluation_timesteps(count, objective, self.settings.task)
-
-    def _shortlisted(self, designs: np.ndarray, progress: Progress | None) -> np.ndarray:
-        """Those that do best in few of the worlds as robots learn, one of a design and its image
-        where these count as one, in the order of before."""
-        objective = self.settings.objective
-        few = replace(objective, evaluation_worlds=objective.first_worlds)
-        best = BestPairs(
-            self.space, self.settings.ranked_design_count, self.environment.is_symmetric
-        )
-        best.offer(self._evaluated(self.environment, designs, few, progress))
-        return designs[np.isin(designs, [pair.design for pair in best.pairs])]
-
-    def _evaluated(
-        self,
-        environment: TrainingEnvironment,
-        designs: np.ndarray,
-        objective: Objective,
-        progress: Progress | None,
-    ) -> list[DesignGaitPair]:
-        self.count_evaluated(len(designs), objective)
-        return self.clock.timed("evaluate", evaluate_policy)(
-            environment,
-            self.space,
-            self.learned.state.policy,
-            self.learner,
-            designs,
-            timestep=self.timestep,
-            progress=progress,
-            objective=objective,
-        )
+        return self.ranking.of_gaits(self.demonstrations)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays of the state, for a checkpoint."""
@@ -502,7 +450,7 @@ class Training:
             "found": [*self.pool.scores_cm.items()],
             "update_count": self.update_count,
             "failure_count": self.failure_count,
-            "evaluation_timesteps": self.evaluation_timesteps,
+            "evaluation_timesteps": self.ranking.timesteps,
             "seconds": dict(self.clock.seconds),
             **self.learned.metadata(),
         }
@@ -534,7 +482,7 @@ class Training:
         self.restart_scores_cm = list(metadata.get("restart_scores_cm", []))
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
-        self.evaluation_timesteps = metadata.get("evaluation_timesteps")
+        self.ranking.timesteps = metadata.get("evaluation_timesteps")
         self.clock.clear()
         self.clock.seconds.update(metadata["seconds"])
 

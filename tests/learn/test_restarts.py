@@ -95,7 +95,7 @@ def test_a_training_that_an_earlier_version_began_does_not_say_what_ranked_its_g
     del kept["evaluation_timesteps"]
     training.restore(training.arrays(), kept)
     training.evaluate()
-    assert training.evaluation_timesteps is None
+    assert training.ranking.timesteps is None
 
 
 def test_the_first_beginning_is_a_training_without_others(
