@@ -12,7 +12,7 @@ import numpy as np
 from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.result import result_to_dict
-from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
@@ -31,17 +31,11 @@ from pneumorph.environment.equal_designs import (
 from pneumorph.environment.equal_grounds import check_equal_grounds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.walk import walk
-from pneumorph.learn.cooptimise import POLICY_FILE
-from pneumorph.learn.demonstrations import known_pair
 from pneumorph.learn.design_gait_pair import DesignGaitPair
-from pneumorph.learn.evaluated_gaits import best_of_each_design
-from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
 from pneumorph.learn.genetic_algorithm import GeneticAlgorithm, GeneticSettings
 from pneumorph.learn.objective import Objective, check_worlds_fit
-from pneumorph.learn.policy_file import load_policy
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
-from pneumorph.learn.sac import Sac
 from pneumorph.learn.search_run import CURVE_FILE, SearchResult, run_search
 from pneumorph.learn.searcher import Searcher
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
@@ -50,6 +44,12 @@ from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.run_beside_search import (
+    PAIRS_OF_RUN,
+    own_pairs,
+    policy_pairs,
+    same_worlds_note,
+)
 from pneumorph.study.search_findings import (
     DesignsBestGait,
     FoundPair,
@@ -62,8 +62,6 @@ from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 _GAITS_OF_EACH_DESIGN = 960
 _TIMESTEPS = 1_000_000
-PAIRS_OF_RUN = 5
-"""Best pairs of a run whose designs are searched."""
 
 
 @dataclass(frozen=True)
@@ -170,11 +168,9 @@ def search(
     if (long := _long_generation(settings, designs)) is not None:
         folder.progress.say(long)
     # Before the search, which takes hours: a run that lost its policy ends here.
-    by_policy, without = _policy_pairs(
-        environment, space, learned, list(designs), folder, objective
-    )
+    by_policy, without = policy_pairs(environment, space, learned, list(designs), folder, objective)
     action_s = task.action_s(robot.physics.time_step_s)
-    own = _own_pairs(environment, space, learned, list(designs), action_s, folder, objective)
+    own = own_pairs(environment, space, learned, list(designs), action_s, folder, objective)
     folder.progress.stage(f"searching ({settings.method})")
     found = run_search(
         _searcher(settings, list(designs)),
@@ -215,7 +211,7 @@ def search(
             *before,
             *idle,
             *without,
-            *_of_same_worlds(own, objective),
+            *same_worlds_note(own, objective),
             *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
             *_range_notes(robot, space, task, walked),
         ),
@@ -344,76 +340,6 @@ def _searcher(settings: SearchSettings, designs: list[int]) -> Searcher:
     if settings.method == "random":
         return RandomSearch(space, task, settings.random, settings.seed)
     return GeneticAlgorithm(space, task, settings.genetic, settings.seed)
-
-
-def _policy_pairs(
-    environment: CrawlingEnvironment,
-    space: DesignSpace,
-    learned: FinishedRun | None,
-    designs: list[int],
-    folder: RunFolder,
-    objective: Objective,
-) -> tuple[dict[int, DesignGaitPair], tuple[str, ...]]:
-    """What the run's one policy does with each design without noise, and what is to be said: one
-    that observes what only its own task shows is left out."""
-    if learned is None or not designs:
-        return {}, ()
-    policy, settings, _ = load_policy(learned.folder / TRAINING_FOLDER / POLICY_FILE)
-    observed = settings.task.state_size + space.feature_count
-    if policy.observation_size != observed:
-        note = (
-            f"the policy of {learned.folder} is left out: it observes {policy.observation_size} "
-            f"numbers, and robots that crawl here show {observed}; it learned a task of its own"
-        )
-        folder.progress.say(note)
-        return {}, (note,)
-    folder.progress.stage("walking the designs with the learned policy")
-    learner = Sac(observed, settings.task.regulator_count, settings.sac)
-    pairs = evaluate_policy(
-        environment,
-        space,
-        policy,
-        learner,
-        np.array(designs),
-        progress=folder.progress,
-        objective=objective,
-    )
-    return {pair.design: pair for pair in pairs}, ()
-
-
-def _own_pairs(
-    environment: CrawlingEnvironment,
-    space: DesignSpace,
-    learned: FinishedRun | None,
-    designs: list[int],
-    action_s: float,
-    folder: RunFolder,
-    objective: Objective,
-) -> dict[int, DesignGaitPair]:
-    """The run's best pairs by their designs, with what they achieve where the search judges: the
-    worlds of the run may have been others."""
-    if learned is None or not designs:
-        return {}
-    folder.progress.stage("walking the run's pairs")
-    task, pairs = environment.task, []
-    for rank, pair in enumerate(learned.pairs(PAIRS_OF_RUN), 1):
-        try:
-            pairs.append(known_pair(pair.gait, pair.design, space, task, action_s, "policy"))
-        except ValueError as error:  # of a task with lower pressures, say
-            folder.progress.say(f"L{rank} of the run does not walk beside the search: {error}")
-    return best_of_each_design(pairs, environment, space, objective)
-
-
-def _of_same_worlds(own: Mapping[int, DesignGaitPair], objective: Objective) -> tuple[str, ...]:
-    """What to say of the run's pairs beside the gaits that were found."""
-    if not own:
-        return ()
-    several = f"in the same {objective.evaluation_worlds} worlds"
-    where = several if objective.is_robust else "in the world as it stands"
-    return (
-        f"own gait, shared policy and fine-tuned policy of a design are {where}: the run's pairs "
-        "walked again there",
-    )
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from pneumorph.learn.networks import Policy
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.simulation.randomised_simulator import worlds_of_round
+from pneumorph.study import run_beside_search
 from pneumorph.study import search as study
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.robustness import walks_in_worlds
@@ -117,7 +118,7 @@ def test_a_policy_of_other_observations_is_left_out(
     _, settings, _ = load_policy(learned.folder / "training" / "policy.npz")
     size = settings.task.state_size + settings.space.feature_count
     policy = Policy(size + 3, settings.task.regulator_count, settings.sac.hidden_sizes, PRNGKey(0))
-    monkeypatch.setattr(study, "load_policy", lambda _: (policy, settings, {}))
+    monkeypatch.setattr(run_beside_search, "load_policy", lambda _: (policy, settings, {}))
     found = searched(learned, tmp_path, objective=Objective())
     said = f"it observes {size + 3} numbers, and robots that crawl here show {size}"
     assert [said in note for note in found.notes].count(True) == 1
