@@ -119,17 +119,6 @@ void Batch::check_friction(const std::vector<double>& friction, size_t points) {
                                 std::to_string(points) + " contact points");
 }
 
-void Batch::set_friction(int robot, const std::vector<double>& friction) {
-  check_friction(friction, size_t(robots_.at(robot).contact_count));
-  place_friction(robot, friction);
-}
-
-void Batch::place_friction(int robot, const std::vector<double>& friction) {
-  frictions_[robot] = friction;
-  for (size_t i = 1; i < friction.size(); i += 2) frictions_[robot][i] /= conditions_[robot].mass_factor;
-  robots_[robot].friction = frictions_[robot].data();
-}
-
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts,
                        const std::vector<std::vector<double>>& pressure_rates,
@@ -212,7 +201,10 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.contact_count = contacts;
     robot.pressure_rates = pressure_rates_[r].data();
     robot.ground = ground_of_robot[r] < 0 ? nullptr : &grounds_[ground_of_robot[r]];
-    place_friction(int(r), frictions[r]);
+    // A heavier robot is stepped as the model with smaller forces.
+    frictions_[r] = frictions[r];
+    for (size_t i = 1; i < frictions_[r].size(); i += 2) frictions_[r][i] /= conditions_[r].mass_factor;
+    robot.friction = frictions_[r].data();
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;
     state_storage_.emplace_back(robot.mount_count * mount_bytes_);

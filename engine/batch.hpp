@@ -45,8 +45,6 @@ class Batch {
                   const std::vector<std::vector<double>>& pressure_rates,
                   const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions,
                   std::vector<GroundInput> grounds, const std::vector<int>& ground_of_robot);
-  // (contact point, 2) as RobotModel::friction has it.
-  void set_friction(int robot, const std::vector<double>& friction);
   void reset(int robot);
   // `command`: (robot, regulator) real kPa. `active`: null or one byte a robot.
   void advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile);
@@ -80,7 +78,6 @@ class Batch {
   void for_springs_of(int robot, const Use& use) const;
   size_t impulse_bytes(int robot) const { return 3 * size_t(robots_[robot].contact_count) * sizeof(double); }
   void check_mounts(const std::vector<MountInput>& mounts) const;
-  void place_friction(int robot, const std::vector<double>& friction);
   static void check_friction(const std::vector<double>& friction, size_t points);
 
   Settings settings_;

@@ -198,11 +198,6 @@ class PythonBatch {
                       ground_of_robot);
   }
 
-  // (contact point, 2): coefficient, and the normal impulse of a step at which it is so.
-  void set_friction(int robot, Matrix friction) {
-    batch_.set_friction(checked(robot), {friction.data(), friction.data() + friction.size()});
-  }
-
   void advance(Matrix command, long long steps, Mask active, int threads, bool profile) {
     const size_t robots = batch_.robot_count(), regulators = batch_.settings().regulator_count;
     if (command.shape(0) != robots || command.shape(1) != regulators || active.shape(0) != robots)
@@ -325,7 +320,6 @@ class PythonBatch {
     return {batch_.stages().seconds, batch_.stages().seconds + pneumorph::kStageCount};
   }
   void clear_counters() { batch_.clear_counters(); }
-  int padded_modes() const { return batch_.padded_modes(); }
   std::string instruction_set() const { return batch_.instruction_set(); }
 
  private:
@@ -362,7 +356,6 @@ NB_MODULE(_engine, module) {
       .def(nb::init<nb::list, nb::dict, bool, std::string>(), nb::arg("parts"), nb::arg("settings"),
            nb::arg("single_precision"), nb::arg("instruction_set"))
       .def("set_robots", &PythonBatch::set_robots, nb::arg("hubs"), nb::arg("robots"), nb::arg("grounds"))
-      .def("set_friction", &PythonBatch::set_friction, nb::arg("robot"), nb::arg("friction"))
       .def("advance", &PythonBatch::advance, nb::arg("command"), nb::arg("steps"), nb::arg("active"),
            nb::arg("threads"), nb::arg("profile"))
       .def("read", &PythonBatch::read, nb::arg("name"))
@@ -373,6 +366,5 @@ NB_MODULE(_engine, module) {
       .def("set_memory", &PythonBatch::set_memory, nb::arg("robot"), nb::arg("memory"))
       .def("stages", &PythonBatch::stages)
       .def("clear_counters", &PythonBatch::clear_counters)
-      .def_prop_ro("padded_modes", &PythonBatch::padded_modes)
       .def_prop_ro("instruction_set", &PythonBatch::instruction_set);
 }

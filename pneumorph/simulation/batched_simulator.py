@@ -164,24 +164,6 @@ class BatchedSimulator:
         for number in range(len(robots)):
             self._place(number)
 
-    def set_friction(self, robot: int, physics: Physics) -> None:
-        """Let one robot stand on a floor of its own: worlds may differ in one batch.
-
-        Args:
-            robot: Its number.
-            physics: With its coefficients by surface; the rest of the physics is the batch's.
-
-        Raises:
-            ValueError: A coefficient is given for a surface that the robot has not, or the
-                dependence on pressure is another.
-        """
-        if physics.friction_pressure != self.physics.friction_pressure:
-            raise ValueError(
-                f"friction_pressure is {physics.friction_pressure}, expected that of the batch, "
-                f"{self.physics.friction_pressure}"
-            )
-        self._batch.set_friction(robot, contact_friction(self.robots[robot], physics))
-
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to rest in the pose that their physics start in.
 
