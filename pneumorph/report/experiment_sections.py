@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report import page
+from pneumorph.report.learning_figures import AS_IT_STANDS
 from pneumorph.report.page import Section
 from pneumorph.report.sheet import Sheet
 from pneumorph.study.analysis import Analysis
@@ -21,16 +22,24 @@ def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[S
         """With its unit where goals differ, as the column then has none."""
         return value if alike or value is None else own.said(value)
 
+    drawn, scored = (
+        any(getattr(each, name) for each in found.runs) for name in ("in_drawn_worlds", "ranked_by")
+    )
+    best = "best, mean over worlds of the training" if drawn else "best"
+    expert = "expert's best phase" + (f", {AS_IT_STANDS}" if drawn else "")
     runs = page.table(
-        ["run", "best design", *map(named, ("best", "expert's best phase")), "timesteps"],
+        ["run", "best design", *["score (cm)"][:scored], *map(named, (best, expert)), "timesteps"],
         [
-            (each.name, each.best_design or "none", shown(each.counted, each.goal),
+            (each.name, each.best_design or "none", *[each.score_cm][:scored],
+             shown(each.counted, each.goal),
              shown(each.baseline_best_distance_cm if each.goal.is_forward
                    else each.baseline_best_achieved, each.goal),
              each.timesteps + each.finetuning_timesteps)
             for each in found.runs
         ],
     )  # fmt: skip
+    ranked = {each.ranked_by for each in found.runs}
+    title = f"Runs, by {ranked.pop()}" if scored and len(ranked) == 1 else "Runs"
     spread = page.table(
         ["variant", "runs", *map(named, ("mean best", "least", "most"))],
         [
@@ -39,7 +48,7 @@ def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[S
             for name, each in found.variants.items()
         ],
     )  # fmt: skip
-    sections = [Section("Runs", runs), Section("Variants over their seeds", spread)]
+    sections = [Section(title, runs), Section("Variants over their seeds", spread)]
     if found.failures:
         failures = page.table(["run", "why it failed"], list(found.failures.items()))
         sections.append(Section("Runs that failed", failures))

@@ -146,18 +146,36 @@ class CampaignRun:
     best_achieved: float | None = None
     """What of it the best pair achieved [its unit]; None in runs of earlier versions."""
     baseline_best_achieved: float | None = None
-    """What the expert's best phase does."""
+    """What the expert's best phase does, in the world as it stands."""
+    ranked_by: str | None = None
+    """What its pairs are ranked by; None for the distance in one world."""
+    score_cm: float | None = None
+    """What the best pair scores by that; None where pairs are ranked by their distance."""
+    in_drawn_worlds: bool = False
+    """Whether the best pair's distance is the mean over drawn worlds, and not that in one."""
 
     @classmethod
     def of(cls, name: str, found: TrainingResult) -> CampaignRun:
         """That of a training."""
-        kept = [each.name for each in fields(cls) if each.name != "name"]
-        return cls(name, **{each: getattr(found, each) for each in kept})
+        own = ("name", "score_cm", "in_drawn_worlds")
+        kept = [each.name for each in fields(cls) if each.name not in own]
+        return cls(
+            name,
+            **{each: getattr(found, each) for each in kept},
+            score_cm=found.pairs[0].score_cm if found.ranked_by and found.pairs else None,
+            in_drawn_worlds=bool(found.randomisation),
+        )
 
     @property
     def counted(self) -> float | None:
-        """What runs are compared by [the goal's unit]; None where no robot survived."""
+        """What the best pair achieves [the goal's unit]; None where no robot survived."""
         return self.best_distance_cm if self.best_achieved is None else self.best_achieved
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """What runs are compared by: what ranked their pairs, then what the best achieves."""
+        scored, counted = self.score_cm, self.counted
+        return (0.0 if scored is None else scored, -np.inf if counted is None else counted)
 
 
 @dataclass(frozen=True)
@@ -230,7 +248,7 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     walked = [run for run in runs.values() if run.counted is not None]
     failures |= {name: NONE_SURVIVED for name, run in runs.items() if run.counted is None}
     notes = _that_differ({run.name: (options[run.name], trained[run.name]) for run in walked})
-    best = None if notes else max(walked, key=lambda run: run.counted or 0.0, default=None)
+    best = None if notes else max(walked, key=lambda run: run.rank, default=None)
     found = Campaign(
         status="completed" if not failures else "some runs failed",
         best_run=None if best is None else best.name,

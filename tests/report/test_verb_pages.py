@@ -95,8 +95,9 @@ def test_the_first_number_of_a_campaign_is_of_its_best_runs_goal() -> None:
 def test_what_runs_of_different_goals_achieved_has_its_unit_beside_it() -> None:
     """And no column says that degrees are centimetres."""
     crawl = replace(
-        example(CampaignRun), goal=Goal(), best_achieved=3.0, baseline_best_distance_cm=1.0
-    )
+        example(CampaignRun), goal=Goal(), best_achieved=3.0, baseline_best_distance_cm=1.0,
+        ranked_by=None, in_drawn_worlds=False,
+    )  # fmt: skip
     turn = replace(crawl, goal=Goal("turn_left", cm_per_unit=0.1), best_achieved=61.0)
     found = replace(example(Campaign), runs=(crawl, turn))
     unused: Any = None
@@ -105,7 +106,26 @@ def test_what_runs_of_different_goals_achieved_has_its_unit_beside_it() -> None:
     assert ">61°<" in runs.body
     assert "(cm)" not in runs.body
     alike, *_ = campaign_sections(replace(found, runs=(crawl, crawl)), unused, unused)
-    assert "best (cm)" in alike.body
+    assert alike.title == "Runs"
+    assert ">best (cm)<" in alike.body
+    assert "score" not in alike.body
+
+
+def test_a_campaign_says_what_ranks_its_runs_and_in_which_worlds() -> None:
+    """A mean over drawn worlds does not stand beside the expert's walk in one without a word."""
+    run = replace(
+        example(CampaignRun), goal=Goal(), ranked_by="mean less 1 deviation", score_cm=2.5,
+        in_drawn_worlds=True,
+    )  # fmt: skip
+    unused: Any = None
+    runs, *_ = campaign_sections(replace(example(Campaign), runs=(run, run)), unused, unused)
+    assert runs.title == "Runs, by mean less 1 deviation"
+    for head in (
+        "score (cm)",
+        "best, mean over worlds of the training (cm)",
+        "expert&#x27;s best phase, world as it stands (cm)",
+    ):
+        assert f">{head}<" in runs.body
 
 
 @pytest.mark.parametrize("verb", PAGES)

@@ -59,6 +59,19 @@ def test_a_run_without_a_robot_that_survived_has_failed(
     assert (found.best_run, len(found.runs)) == ("run-0", 2)
 
 
+def test_the_best_run_is_that_of_the_highest_score(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where pairs are ranked by a mean less a deviation, a longer mean may be the lesser robot."""
+    (pair,) = RUN.pairs
+    sure = replace(RUN, pairs=(replace(pair, score_cm=2.0),))
+    far = replace(RUN, best_achieved=5.0, pairs=(replace(pair, score_cm=1.0),))
+    assert compared({"run-0": sure, "run-1": far}, tmp_path, monkeypatch).best_run == "run-0"
+    plain = [replace(run, ranked_by=None) for run in (sure, far)]
+    by_distance = compared({"run-0": plain[0], "run-1": plain[1]}, tmp_path, monkeypatch)
+    assert by_distance.best_run == "run-1"
+
+
 def test_runs_of_different_goals_have_no_best(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
