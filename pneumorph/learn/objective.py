@@ -123,7 +123,8 @@ class Objective(Checked):
 
     def standard_error(self, distance_cm: np.ndarray) -> np.ndarray:
         """Standard error of the objective as drawn worlds leave it [cm], (...), by the jackknife
-        (Efron and Stein 1981); of the mean it is s / sqrt(n).
+        (Efron and Stein 1981); of the mean it is s / sqrt(n). With few worlds that of others is too
+        large: by some 14 % of four.
 
         Args:
             distance_cm: Distances in two worlds or more of a mean, in three of others [cm],

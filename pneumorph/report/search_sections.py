@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pneumorph.environment.goal import Goal
+from pneumorph.learn.objective import Objective
 from pneumorph.report import page
 from pneumorph.report.learning_figures import learning_curves_figure, own_gaits_figure
 from pneumorph.report.page import Section
@@ -22,10 +23,23 @@ def search_sections(found: SearchFindings, run: FinishedRun, sheet: Sheet) -> li
             {found.method: (curve.simulated_s, curve.best_achieved)}, goal=found.goal
         )
         caption = f"Best {found.goal.label} so far against the simulated time of all robots."
+        if _is_robust(run):
+            caption = (
+                f"{found.goal.title} of the pair of the highest score so far, its mean over the "
+                "worlds of its own generation, against the simulated time of all robots: it may "
+                "fall, and begins anew where worlds are drawn first."
+            )
         sections.append(Section("The search", sheet.drawn("learning_curve", figure, caption)))
     if found.designs:
         sections.append(_gaits_section(found.designs, sheet, found.goal))
     return sections
+
+
+def _is_robust(run: FinishedRun) -> bool:
+    """Whether candidates walked in several worlds each; not in searches of earlier versions."""
+    if "objective" not in run.settings.get("search", {}):
+        return False
+    return run.structured("search.objective", Objective).is_robust
 
 
 def _gaits_section(rows: tuple[DesignsBestGait, ...], sheet: Sheet, goal: Goal) -> Section:

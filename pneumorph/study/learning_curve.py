@@ -15,7 +15,8 @@ def learning_curve(run: Path) -> tuple[list[float], list[float]]:
     or degrees], one for each time; both are empty where no robot survived.
 
     A point a round of training, whose robots act with the policy's noise, and one at the end of
-    fine-tuning with the best pair that the run reports.
+    fine-tuning with the most of these and of the best pair that the run reports, which is less
+    where pairs are not ranked by what they achieve.
 
     Args:
         run: Folder of a coopt run.

@@ -45,7 +45,11 @@ class Narrowings:
     chance: float
 
 
-def narrowings(numbers: Mapping[str, np.ndarray], achieved: np.ndarray) -> Narrowings:
+def narrowings(
+    numbers: Mapping[str, np.ndarray],
+    achieved: np.ndarray,
+    measured: Mapping[str, float] | None = None,
+) -> Narrowings:
     """What each test of a number that differs would leave of a band.
 
     A band of few worlds, which is what agrees with a measurement, is narrower than that of many
@@ -56,7 +60,11 @@ def narrowings(numbers: Mapping[str, np.ndarray], achieved: np.ndarray) -> Narro
     Args:
         numbers: Values in each world by name, each (world,).
         achieved: What is achieved in each [any unit], (world,).
+        measured: Standard deviations of what the worlds agree with already, by the number. A
+            number that is known as well as one reading tells it is not tested again: much of a
+            reading's error is in all readings alike.
     """
+    measured = measured or {}
     low, _, high = weighted_quantiles(achieved, np.ones(len(achieved)))
     rng, today = np.random.default_rng(0), float(high - low)
     dealt = [rng.permutation(achieved) for _ in range(_PERMUTED)]
@@ -66,6 +74,8 @@ def narrowings(numbers: Mapping[str, np.ndarray], achieved: np.ndarray) -> Narro
         if values is None or np.ptp(values) == 0.0:
             continue
         deviation = test.deviation_at(float(np.median(values)))
+        if measured.get(test.number, np.inf) <= deviation:
+            continue
         agreeing = agreement(values, deviation)
         without = np.array([mean_width(agreeing, each) for each in dealt])
         narrowing = float(without.mean()) - mean_width(agreeing, achieved)

@@ -27,6 +27,12 @@ from pneumorph.simulation.rollout import RobotModel
 from pneumorph.study.bench_readings import bench_test
 from pneumorph.study.recorded_walk import Model
 
+_VALVES = {
+    "filling_factor": "filling_mm3_per_s_kPa",
+    "venting_factor": "venting_mm3_per_s_kPa",
+}
+"""Conductances of the air by the world's factor of them."""
+
 
 class VirtualReality:
     """Builds virtual rigs of one seed: the robot that was asked for, but for what is off.
@@ -98,7 +104,7 @@ class VirtualReality:
     def _readings(self, test: BenchTest, repeats: int, rng: np.random.Generator) -> np.ndarray:
         if test.reading == "bend_deg":
             return self.bend_test(np.full(repeats, BEND_TEST_KPA))
-        numbers = self.reality.world.numbers
+        numbers = self.reality.world.numbers | self._of_valves()
         if test.number not in numbers:
             raise ValueError(
                 f"the test {test.name!r} is of {test.number}, expected a number of the virtual "
@@ -115,6 +121,21 @@ class VirtualReality:
         if test.reading == "tilt_deg":
             return np.degrees(np.arctan(found))
         return found * (1e3 * self._spec.module.reduced.mass if test.reading == "leg_mass_g" else 1)
+
+    def _of_valves(self) -> dict[str, float]:
+        """What the true valves let through relative to the simulation's, in the mean; nothing where
+        regulators have none."""
+        physics = self._spec.physics
+        if physics.air.law == "rate_limit":
+            return {}
+        count = physics.regulator_count
+        true = true_air(self._settings, self.reality.world, physics.air, count)
+        return {
+            factor: float(
+                np.mean(np.divide(true.of_each(name, count), physics.air.of_each(name, count)))
+            )
+            for factor, name in _VALVES.items()
+        }
 
     def _air(self, design: Design) -> AirRegulators | None:
         """The true regulators; None where the simulation's air has no law."""

@@ -133,6 +133,17 @@ def test_the_test_that_is_worth_making() -> None:
     assert worth_measuring(alike.tests, alike.chance) == "weighing"
 
 
+def test_what_is_known_as_well_is_not_measured_again() -> None:
+    """A bend at one pressure errs by 0.03 of the modulus, half of it in all readings alike: five
+    readings know it to 0.019, and a sixth would change that by next to nothing."""
+    numbers = {"modulus_factor": np.random.default_rng(6).normal(1.0, 0.1, 200)}
+    far = 10.0 * numbers["modulus_factor"]
+    known, vague = (narrowings(numbers, far, {"modulus_factor": each}) for each in (0.019, 0.1))
+    assert (known.tests, worth_measuring(known.tests, known.chance)) == ((), None)
+    assert vague == narrowings(numbers, far)
+    assert worth_measuring(vague.tests, vague.chance) == "bend at one pressure"
+
+
 def test_chance_names_a_test_in_one_of_twenty() -> None:
     """Distances with two peaks, as of robots that fall in some worlds: bands of few worlds are
     narrower than that of all. Of 60 draws at most 8 may name one, with a probability of 0.003."""

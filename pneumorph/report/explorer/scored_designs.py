@@ -175,9 +175,11 @@ def _meaning(run: FinishedRun, settings: CooptSettings) -> str:
     more = ", or what the critic expects where that is more" if raised else ""
     ranked = "what ranked it at the end" + ("" if at_end == in_rounds else f", {at_end}")
     single = ", or walked last in a single world" if objective.is_robust else ""
+    centred = objective.is_robust and objective.centring_rounds > 0
+    shifted = ", less how easy its round was for all designs" if centred else ""
     return (
-        f"Score: newest {in_rounds} in training{more}; of a best pair {ranked}. None where a "
-        f"design did not walk, or failed{single}."
+        f"Score: newest {in_rounds} in training{shifted}{more}; of a best pair {ranked}. None "
+        f"where a design did not walk, or failed{single}."
     )
 
 

@@ -98,13 +98,19 @@ def test_a_design_that_did_not_walk_has_no_score(tmp_path: Path) -> None:
     assert np.flatnonzero(np.isfinite(robust.score_cm)).tolist() == [0, 3]
     assert robust.score_cm[[0, 3]].tolist() == [7.0, 3.0]
     np.testing.assert_allclose(robust.probability, gibbs(scores, 0.5))
-    assert "newest mean less 1 standard deviations of 4 worlds in training" in robust.meaning
+    assert "newest mean less 1 standard deviations of 4 worlds in training;" in robust.meaning
     assert f"of a best pair what ranked it at the end, {RANKED_BY}" in robust.meaning
     assert "walked last in a single world" in robust.meaning
     assert "Robots walk in published physics but for friction, published damping, friction 0.8" in (
         robust.meaning
     )
     assert robust.of_pairs == "mean over the training's worlds"
+    centred = trained(
+        tmp_path / "centred", arrays, [], told, objective={**ROBUST, "centring_rounds": 8}
+    )
+    assert "worlds in training, less how easy its round was for all designs; of a best pair" in (
+        scored_by_training(centred).meaning
+    )
     one = scored_by_training(trained(tmp_path / "one", arrays, []))
     assert np.flatnonzero(np.isfinite(one.score_cm)).tolist() == [0, 2, 3]
     assert one.meaning == (
