@@ -55,8 +55,16 @@ inline double gap_at(const Ground& ground, const Settings& settings, const doubl
   return normal[2] * (place[2] - settings.floor_height - height);
 }
 
-// Takes a point in, if it comes near at its velocity. Of the motion that a solve has `found`, those that are not watched
-// yet, and the ground there is looked at, too.
+// Whether a point may come near where it goes, though it does not by the plane below it: the ground may rise on its way as
+// steeply as anywhere.
+inline bool may_come_near(const Ground& ground, const Settings& settings, const UnevenCandidate& at, const double velocity[3]) {
+  const double aside = std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
+  const double above = at.gap / at.normal[2] + settings.time_step * (velocity[2] - ground.steepest * aside);
+  return above < settings.contact_margin * std::sqrt(1 + ground.steepest * ground.steepest);
+}
+
+// Takes a point in, if it comes near at its velocity, by the plane below it or by the ground where it goes. Of the motion that
+// a solve has `found`, those that are not watched yet.
 inline int take_in(const RobotModel& robot, const Settings& settings, const double place[3], const double velocity[3],
                    int mount, int point, bool found, double lift, UnevenCandidate* candidates, int count, double& deepest) {
   if (found && is_watched(candidates, count, mount, point)) return count;
@@ -64,7 +72,7 @@ inline int take_in(const RobotModel& robot, const Settings& settings, const doub
   at.gap = gap_at(*robot.ground, settings, place, at.normal);
   deepest = std::fmax(deepest, -at.gap - lift);
   at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
-  if (found) {
+  if (found || (!(at.lowest < settings.contact_margin) && may_come_near(*robot.ground, settings, at, velocity))) {
     double end[3], below[3];
     for (int i = 0; i < 3; ++i) end[i] = place[i] + settings.time_step * velocity[i];
     at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below));
@@ -80,6 +88,8 @@ inline int take_in(const RobotModel& robot, const Settings& settings, const doub
 inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& settings, const RobotState& state,
                                       const HubMotion& motion, double reach, bool found, UnevenCandidate* candidates,
                                       int count, double& deepest) {
+  const double fastest = length_of(motion.velocity) + length_of(motion.turning) * robot.hub_contact_reach;
+  reach += settings.time_step * robot.ground->steepest * fastest;
   for (int c = 0; c < robot.hub_contact_count; ++c) {
     double place[3], velocity[3];
     multiply(state.rotation, robot.hub_contact_points + 3 * c, place);
@@ -115,6 +125,16 @@ int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot,
     }
     low[i] = centre - half, high[i] = centre + half;
   }
+  // What comes from the side, at most as fast as any point of the part, to where the ground is higher; the lanes leave out how
+  // the deflection turns.
+  double middle[3], of_middle[3];
+  multiply(world, part.contact_centre, middle);
+  for (int i = 0; i < 3; ++i) middle[i] += origin[i];
+  motion.of(middle, state.position, of_middle);
+  const double turned = length_of(motion.turning) * bent;
+  const double fastest = length_of(of_middle) + length_of(motion.turning) * length_of(part.contact_half) + turned +
+                         most_bent<M>(rates, part.contact_reach);
+  reach += h * (robot.ground->steepest * fastest + turned);
   const double over = ceiling_over(*robot.ground, low, high) + settings.floor_height - origin[2];
   const float limit = float(reach + over + kHeightSlack);
   LaneView<M> lanes;
@@ -187,8 +207,7 @@ int take_thrown_uneven_points(const Part<Real>* parts, const RobotModel& robot, 
   }
   const double turned = length_of(change.turning);
   if (robot.hub_contact_count > 0 && length_of(change.velocity) + turned * robot.hub_contact_reach > allowed) {
-    const double fastest = length_of(motion.velocity) + turning * robot.hub_contact_reach;
-    count = find_uneven_hub_candidates(robot, settings, state, motion, reach + h * slope * fastest, true, candidates, count, above);
+    count = find_uneven_hub_candidates(robot, settings, state, motion, reach, true, candidates, count, above);
   }
   for (int k = 0; k < robot.mount_count; ++k) {
     const Part<Real>& part = parts[robot.mounts[k].part];
@@ -209,10 +228,8 @@ int take_thrown_uneven_points(const Part<Real>* parts, const RobotModel& robot, 
     multiply_transposed(work.views[k].world, of_frame, of_part);
     multiply_transposed(work.views[k].world, change.turning, by_part);
     if (most_changed<M>(part, of_part, by_part, rates) + bent <= allowed) continue;
-    motion.of(place, state.position, velocity);
-    const double fastest = length_of(velocity) + turning * half + bent + most_bent<M>(work.rates[k], part.contact_reach);
-    count = find_uneven_part_candidates<M, Real>(part, robot, k, settings, state, motion, work.rates[k],
-                                                 reach + h * (slope * fastest + bent), true, work.views[k], candidates, count, above);
+    count = find_uneven_part_candidates<M, Real>(part, robot, k, settings, state, motion, work.rates[k], reach, true,
+                                                 work.views[k], candidates, count, above);
   }
   return count;
 }
@@ -310,9 +327,8 @@ int uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Sett
   auto& clock = *static_cast<Clock*>(of_clock);
   HubMotion motion;
   for (int i = 0; i < 3; ++i) motion.velocity[i] = state.velocity[i], motion.turning[i] = state.angular_velocity[i];
-  // A point this far over the highest ground is not near, nor when it comes from the side to where that slopes.
-  const double slope = robot.ground->steepest, speed = std::sqrt(dot3(motion.velocity, motion.velocity));
-  const double reach = settings.contact_margin * std::sqrt(1 + slope * slope) + settings.time_step * speed * slope;
+  // A point this far over the highest ground where it goes is not near.
+  const double slope = robot.ground->steepest, reach = settings.contact_margin * std::sqrt(1 + slope * slope);
   UnevenCandidate* candidates = work.uneven_candidates(robot);
   int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, false, candidates, 0, deepest);
   for (int k = 0; k < robot.mount_count; ++k) {
