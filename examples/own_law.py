@@ -6,8 +6,8 @@ with C10 = mu / 2 and D1 = 2 / (lambda + 2 mu / 3), so that it is Hooke's law at
 
     python examples/own_law.py
 
-A bar of quadratic tetrahedra is pulled to about twice its length, by this law and by those that
-come with the package. All have the same E and nu and agree at small strain.
+A bar of quadratic tetrahedra is pulled by 700 kPa: to 2.3 times its length by this law, 1.4 to 2.2
+by three that come with the package. All have the same E and nu and agree at small strain.
 """
 
 from __future__ import annotations

@@ -25,7 +25,8 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.virtual_rig import VirtualRigSettings, draw_reality
 from pneumorph.report.trial_figures import save_transfer_figures
 from pneumorph.study.calibration_settings import CalibrationSettings
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.fitted_calibration import calibrate
 from pneumorph.study.transfer import TransferSettings, transfer
 

@@ -54,7 +54,7 @@ class Trajectory(ShownInNotebooks):
     commanded_kPa: Float[np.ndarray, "frame regulator"]
     """Real pressure asked for in the step before the frame [kPa]."""
     regulated_kPa: Float[np.ndarray, "frame regulator"]
-    """Real pressure after the regulators' rate limit [kPa]."""
+    """Real pressure that the regulators have reached [kPa]."""
     contact_count: np.ndarray
     """Contact points that took part in the contact solve, (frame,)."""
     node_positions_mm: Float[np.ndarray, "frame leg node 3"] | None = None

@@ -5,12 +5,15 @@ the same bends and fits a line, as in the paper. --pairs: fits the line to pairs
 before. --air: from the logs of a deployment (a folder of `pneumorph deploy`), fits the two
 conductances of each regulator, for filling and venting, to its sensor; supply and volumes are those
 of --physics.air. --trials: from trials with the marker's tracks, fits modulus, friction and damping
-to the paths.
+to the paths. --bench: readings of tests that a certificate names; --randomisation then draws worlds
+that agree.
 
 Tables are CSV with units in the header: pressure_kPa,bend_deg for bends (psi, bar, rad ... are
-converted), real_pressure_kPa,simulated_pressure_kPa for pairs.
+converted), real_pressure_kPa,simulated_pressure_kPa for pairs; test,reading for --bench, in the
+units that docs/hardware.md lists, such as: tilt of a leg,31.5
 
-Writes calibration.json, which every other verb reads with --calibration, and figures of the fits.
+Writes calibration.json, which every verb that simulates robots reads with --calibration, and
+figures of the fits.
 
 Example: pneumorph calibrate --bends bend_test.csv --out runs/calibration
 """

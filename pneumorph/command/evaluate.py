@@ -1,10 +1,11 @@
 """Simulate the design-gait pairs of a coopt run once more.
 
-With the reduced model all pairs walk side by side in a second and must repeat the distances that
-the run reported. With --model full each pair walks as finite elements, which takes half an hour to
-an hour (published physics: ten minutes) and shows how far the reduction can be trusted for these
-gaits. Leg, physics and worlds are the run's unless a flag says otherwise, such as
---physics.friction 0.8. With --randomize the pairs also walk in worlds drawn from --randomisation
+With the reduced model all pairs walk side by side in a second, in the nominal world: a run trained
+in one world must be repeated; one trained over worlds reported means over these. With --model full
+each pair walks as finite elements, which takes half an hour to an hour (published physics: ten
+minutes) and shows how far the reduction can be trusted for these gaits. Leg, physics and worlds are
+the run's unless a flag says otherwise, such as --physics.friction 0.8; a run without worlds has the
+usual ones of its physics. With --randomize the pairs also walk in worlds drawn from --randomisation
 (friction, modulus, mass, regulator lag and floor slope, written like "U(0.9, 1.5)").
 
 With --record or --model full, writes each pair's trajectory and replay.html, which shows them side
@@ -15,9 +16,10 @@ Example: pneumorph evaluate runs/quick --model full --pair-count 1 --out runs/ch
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -25,15 +27,10 @@ from pneumorph.base.idle_settings import within
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
-from pneumorph.report.replay.page import write_side_by_side
-from pneumorph.study.evaluation import (
-    REPLAY_PAGE,
-    Evaluation,
-    EvaluationSettings,
-    evaluate,
-    trajectory_file,
-)
+from pneumorph.report.evaluated_walks import write_evaluated_walks
+from pneumorph.study.evaluation import Evaluation, EvaluationSettings, evaluate
 from pneumorph.study.finished_run import FinishedRun, TakenOver
+from pneumorph.study.usual_aim import implied_worlds
 
 
 @dataclass(frozen=True)
@@ -48,6 +45,11 @@ class EvaluateOptions:
     evaluation: Annotated[EvaluationSettings, flat] = field(default_factory=EvaluationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """The worlds that the physics brings, or the robot's file, as for a training."""
+        return {"evaluation": {"randomisation": implied_worlds(content, below)}}
+
     def idle_settings(self) -> dict[str, str]:
         """Those of the evaluation."""
         return within("evaluation", self.evaluation)
@@ -60,11 +62,7 @@ def run(options: EvaluateOptions, folder: RunFolder) -> Evaluation:
         options.robot.refuse_full_options()
     evaluated = evaluate(options.run, settings, options.robot.spec(), folder)
     if settings.records:
-        walks = {
-            f"L{rank} {pair.design}": folder.path / trajectory_file(settings.model, rank)
-            for rank, pair in enumerate(evaluated.pairs, start=1)
-        }
-        write_side_by_side(folder / REPLAY_PAGE, walks, str(folder.path), evaluated.goal)
+        write_evaluated_walks(evaluated, settings.model, folder.path)
     return evaluated
 
 

@@ -11,12 +11,12 @@ a mesh is written as its mesh has it, without sockets or a mould.
 It compares simulated with built masses, and where they differ by more than a tenth warns and names
 the flag that makes them agree. --check-hub computes how far the hub gives way.
 
-Everything is checked: surfaces are watertight, the mould comes off without undercut, the cast
-volume is that of the mesh within 0.5 %, and no wall is too thin to make.
+All is checked: watertight surfaces, no undercut, no wall too thin, the mesh's volume within 0.5 %.
 
 Writes mould_upper, mould_lower, core, hub and leg (.step, .stl), parts.csv, tubes.csv, drawing.pdf.
 
 Example: pneumorph fabricate 1.0.0.2.2.0.0.1 --out runs/robot
+
 Example: pneumorph fabricate b1.0.2.2.0.b1 --robot examples/plate.toml --out runs/plate-to-build
 """
 

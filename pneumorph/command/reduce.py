@@ -12,7 +12,7 @@ with more modes and elements: for testing learned gaits again); corners (the pap
 tolerances: all 255 robots through every corner of their pressures, which takes days on one
 processor; --snapshots.executor distributes the robots over processes or, with Ray, machines).
 
-Writes leg.npz, which every other verb takes as --part.
+Writes leg.npz, which every verb that simulates robots takes as --part.
 
 Example: pneumorph reduce --preset quick --mesh runs/tall-leg/mesh.npz --out runs/tall-leg-reduced
 """

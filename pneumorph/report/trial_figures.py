@@ -117,15 +117,21 @@ def transfer_rewards_figure(
     for number, each in enumerate(comparisons):
         dots = np.full(len(each.counted.ends), number + 0.2)
         axes.plot(dots, each.counted.ends, ".", color=INK_COLOUR, markersize=3)
-        plan = plan_of(Design.parse(each.design))
-        size = 0.45 / max(HALF_WIDTH_MM, plan.half_width_mm)
-        draw_plan_view(above, plan, (number, 0.0), size_mm=size)
-    above.set(ylim=(-0.5, 0.5), aspect="equal")
     above.axis("off")
     zero_line(axes)
     axes.set_xticks(place, [each.label for each in comparisons])
     axes.set(xlim=(-0.6, count - 0.4), ylabel=counted[0].goal.axis)
     figure.legend(loc="outside lower center", ncols=2)
+    # Designs stand over their bars: an equal aspect would narrow the upper axes alone, so their
+    # height is counted in steps between robots instead, once the figure is laid out.
+    figure.draw_without_rendering()
+    box = above.get_window_extent()
+    height = float(np.diff(above.get_xlim())[0] * box.height / box.width)
+    above.set_ylim(-0.5 * height, 0.5 * height)
+    for number, each in enumerate(comparisons):
+        plan = plan_of(Design.parse(each.design))
+        size = 0.45 * min(1.0, height) / max(HALF_WIDTH_MM, plan.half_width_mm)
+        draw_plan_view(above, plan, (number, 0.0), size_mm=size)
     return figure
 
 

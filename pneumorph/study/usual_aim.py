@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_settings import described_robot
@@ -30,6 +30,20 @@ def usual_worlds(physics: Any) -> dict[str, Any]:
     """Settings of what worlds are drawn from: those that robots as their materials were measured
     may turn out to live in; the published physics is one."""
     return settings_to_dict(measured_worlds() if physics == "measured" else Randomisation())
+
+
+def implied_worlds(content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings of what worlds are drawn from that a choice of physics brings where they are not
+    set, or else the robot's file; nothing where neither is chosen.
+
+    Args:
+        content: Settings as nested dictionaries, with a group ``robot``.
+        below: All settings below them.
+    """
+    physics, robot = other_physics(content, below), described_robot(content)
+    of_physics = {} if physics is None else usual_worlds(physics)
+    of_robot = {} if robot is None else robot.worlds_settings().get("randomisation", {})
+    return laid_over(of_physics, of_robot)
 
 
 def usual_aim(physics: Any) -> dict[str, Any]:

@@ -12,12 +12,14 @@ import pytest
 from helpers.run_folders import crawl, write_run
 from helpers.run_json import run_json
 
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.physics.physics import Physics
-from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.training_options import TrainingOptions
@@ -126,11 +128,38 @@ def test_randomize_draws_from_the_runs_own_worlds(
     other = drawn(run, "--randomisation.friction 0.5")
     assert other["distributions"] == {**own["distributions"], "friction": "0.5"}
     assert {world["friction"] for world in other["worlds"]} == {0.5}
-    usual = drawn(run, "--afresh")["distributions"]
+    usual = drawn(run, "--afresh --physics published")["distributions"]
     assert usual["friction"] == Randomisation().friction
     # Worlds that a run was not trained in are nobody's: the usual ones are drawn.
     plain = write(tmp_path / "plain", randomisation=WORLDS)
     assert drawn(plain)["distributions"] == usual
+
+
+def test_worlds_that_nobody_said_are_those_of_the_physics(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Robots of the measured physics, whose legs slide with 0.4 to 0.7, never walk at the published
+    0.9 to 1.5: neither those of a run without worlds, nor those of `--afresh`."""
+    plain, other = tmp_path / "measured", write(tmp_path / "published")
+    task = CrawlingTask(action_count=2)
+    asked = replace(TrainingOptions(), robot=RobotOptions.of("measured"))
+    write_run(plain, "coopt", replace(asked, coopt=replace(asked.coopt, task=task)))
+    out = tmp_path / "e"
+
+    def settings(run: Path, flags: str = "") -> Any:
+        run_json(f"evaluate {run} --randomize --world-count 1 {flags} --out {out}", capsys)
+        return json.loads((out / "settings.json").read_text())["evaluation"]["randomisation"]
+
+    usual, published = settings_to_dict(measured_worlds()), settings_to_dict(Randomisation())
+    assert settings(plain) == usual
+    assert [name for name, _ in usual["friction_by_surface"]] == ["sheet", "skin", "hub"]
+    assert settings(other, "--afresh") == usual
+    assert settings(other, "--physics measured") == usual
+    assert settings(other) == published
+    assert settings(plain, "--physics published") == published
+    assert settings(plain, "--afresh --leg published") == published
+    one = settings(plain, "--randomisation.floor-slope-deg 1")
+    assert one == {**usual, "floor_slope_deg": "1"}
 
 
 def test_distances_of_drawn_worlds_need_not_repeat(

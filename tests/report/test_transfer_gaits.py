@@ -1,4 +1,4 @@
-"""The figure of trials says of each robot how many were measured."""
+"""Figures of trials: how many were measured of each robot, and whose bars are whose."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pneumorph.hardware.deployment_log import LoggedPressures
 from pneumorph.hardware.marker_track import MarkerTrack
 from pneumorph.hardware.trial import Trial
 from pneumorph.hardware.trial_comparison import compare_trials
-from pneumorph.report.trial_figures import transfer_gaits_figure
+from pneumorph.report.trial_figures import transfer_gaits_figure, transfer_rewards_figure
 from pneumorph.trajectory import Trajectory
 
 DESIGN = "1.0.0.2.2.0.0.1"
@@ -57,3 +57,21 @@ def test_each_robot_has_its_number_of_trials(
     found = [axes.get_legend() for axes in figure.axes[-len(counts) :]]
     told = [[] if each is None else [text.get_text() for text in each.texts] for each in found]
     assert told == legends
+
+
+@pytest.mark.parametrize("count", [1, 3, 8])
+def test_designs_stand_whole_and_round_over_their_bars(count: int) -> None:
+    comparisons = [
+        compare_trials(f"L{number}", DESIGN, simulated(), trials(1)) for number in range(count)
+    ]
+    figure = transfer_rewards_figure(comparisons)
+    figure.canvas.draw()
+    above, below = figure.axes
+    for number in range(count):
+        over, bar = (axes.transData.transform((number, 0.0))[0] for axes in (above, below))
+        assert over == pytest.approx(bar, abs=1.0), number  # a pixel
+    x, y = above.transData.transform((1.0, 1.0)) - above.transData.transform((0.0, 0.0))
+    # The axes' size in pixels, of which there are hundreds, may be rounded.
+    assert x == pytest.approx(y, rel=0.01)
+    corners = np.concatenate([patch.get_xy() for patch in above.patches])
+    assert np.abs(corners[:, 1]).max() < above.get_ylim()[1]
