@@ -23,10 +23,11 @@ import numpy as np
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.registration import make_env
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 
 
 class StableBaselinesAdapter(VecEnv):

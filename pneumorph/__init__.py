@@ -16,7 +16,7 @@ from pneumorph.environment.registration import register_environments
 __version__ = "0.1.0"
 
 _HOMES = {
-    "ActingDescription": "pneumorph.catalogue.robot_description",
+    "ActingDescription": "pneumorph.catalogue.acting_description",
     "Calibration": "pneumorph.physics.calibration",
     "CrawlingTask": "pneumorph.environment.crawling_task",
     "Design": "pneumorph.robot.design",
@@ -77,11 +77,12 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from pneumorph.catalogue.acting_description import ActingDescription
     from pneumorph.catalogue.design_rules import DesignRules
     from pneumorph.catalogue.hub_description import HubDescription
     from pneumorph.catalogue.module_description import ModuleDescription
     from pneumorph.catalogue.paper_robot import paper_robot
-    from pneumorph.catalogue.robot_description import ActingDescription, RobotDescription
+    from pneumorph.catalogue.robot_description import RobotDescription
     from pneumorph.catalogue.robot_spec import RobotSpec
     from pneumorph.catalogue.site_description import SiteDescription
     from pneumorph.environment.crawling_task import CrawlingTask

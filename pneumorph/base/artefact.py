@@ -165,10 +165,18 @@ def write_atomically(path: Path | str, write: Callable[[BinaryIO], object]) -> P
     return path
 
 
+def write_text(path: Path | str, text: str) -> Path:
+    """Write ``text`` as UTF-8 with its line ends as they are, atomically; return ``path``.
+
+    Raises:
+        OSError: As of `write_atomically`.
+    """
+    return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
 def write_json(path: Path | str, content: Mapping[str, Any]) -> Path:
     """Write ``content`` as indented JSON, atomically; NaN and infinity are refused."""
-    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
-    return write_atomically(path, lambda stream: stream.write(text.encode()))
+    return write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
 def save_artefact(

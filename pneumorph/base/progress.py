@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from typing import TextIO
+
+ProgressReport = Callable[[int, int, str], None]
+"""What long work calls: how much is done, of how much, and what it is. `Progress` is one."""
 
 _PAUSE_TERMINAL_S = 0.2
 _PAUSE_LOG_S = 10.0

@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from pneumorph.base.artefact import ArtefactError, read_json, reading, write_json
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.paper_leg import LegName, leg_kind
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind
 from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.pneunet import PneuNetShape

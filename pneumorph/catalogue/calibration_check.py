@@ -6,8 +6,8 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, get_args
 
+from pneumorph.catalogue.leg_kinds import LegName, pressure_map
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import LegName, pressure_map
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.reduction.reduced_part import SAME_THICKNESS

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.physics.physics import Physics
+from pneumorph.physics.surfaces import HUB_SURFACE
 from pneumorph.robot.broken_rules import broken_rules
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.robot.broken_rules import broken_rules
-from pneumorph.robot.design import MINIMUM_LEGS, Design
+from pneumorph.robot.design import MINIMUM_LEGS, Design, module_letter
 from pneumorph.robot.design_space import DesignSpace
 
 _SAME_MM = 0.02
@@ -108,9 +108,9 @@ class DesignRules(Checked):
         for location, kinds in enumerate(space.kinds):
             names = modules[location]
             if max(kinds, default=0) >= len(names):
-                allowed = (f"{chr(ord('a') + place)} ({each})" for place, each in enumerate(names))
+                allowed = (f"{module_letter(place)} ({each})" for place, each in enumerate(names))
                 raise ValueError(
-                    f"designs.options[{location}] names module {chr(ord('a') + max(kinds))}, "
+                    f"designs.options[{location}] names module {module_letter(max(kinds))}, "
                     f"expected {' or '.join(allowed)}: those of the site"
                 )
         most = self.maximum_regulators or regulator_count
@@ -170,7 +170,7 @@ def _as_text(turn: Any) -> Any:
 def _usual_options(modules: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     """No leg or any module on any regulator; nothing to say of one module everywhere."""
     texts = tuple(
-        " ".join(["0", *(f"{chr(ord('a') + kind) if kind else ''}*" for kind in range(len(names)))])
+        " ".join(["0", *(f"{module_letter(kind) if kind else ''}*" for kind in range(len(names)))])
         for names in modules
     )
     return () if set(texts) == {"0 *"} else texts

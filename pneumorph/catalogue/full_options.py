@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative
 from pneumorph.catalogue.hub_spec import HubModel
-from pneumorph.catalogue.paper_leg import LegKind
+from pneumorph.catalogue.leg_kinds import LegKind
 from pneumorph.fem.full_order_settings import (
     FrictionSolver,
+    FullOrderSettings,
     Integrator,
     NewtonMatrix,
 )
@@ -42,6 +43,12 @@ class FullOptions(Checked):
     250."""
     mesh: Path | None = None
     """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
+
+    def numerics(self) -> FullOrderSettings:
+        """The options that are numerics: those that `FullOrderSettings` has by the same name."""
+        known = {each.name for each in fields(FullOrderSettings)}
+        names = [each.name for each in fields(self) if each.name in known]
+        return FullOrderSettings(**{name: getattr(self, name) for name in names})
 
 
 def full_of(kind: LegKind) -> dict[str, Any]:

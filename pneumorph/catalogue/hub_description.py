@@ -12,15 +12,17 @@ from scipy.spatial import ConvexHull
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.catalogue.density_check import check_density
-from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubPayload, HubSpec
+from pneumorph.catalogue.hub_spec import HubModel, HubPayload, HubSpec
 from pneumorph.catalogue.hub_units import payload_unit_note, refuse_distant, refuse_inertia
-from pneumorph.fem.material import DiskMaterials, Material
+from pneumorph.catalogue.paper_robot import DISK_MATERIAL
+from pneumorph.fem.material import Material
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_elements
 from pneumorph.geometry.simple_solids import box_solid, cone_solid
 from pneumorph.geometry.spread_points import spread_points
 from pneumorph.geometry.surface import boundary_triangles
+from pneumorph.physics.surfaces import HUB_SURFACE
 
 HubShape = Literal["box", "disk", "mesh"]
 MassOver = Literal["shape", "nodes"]
@@ -96,11 +98,9 @@ class HubDescription(Checked):
     """Point whose travel counts [mm]; by default the middle of the upper face."""
     model: HubModel = "rigid"
     """The hub of full-order robots: of finite elements (`soft`), or rigid."""
-    young_modulus_kPa: Positive = DiskMaterials().body.young_modulus_kPa
+    young_modulus_kPa: Positive = DISK_MATERIAL.young_modulus_kPa
     """Of a soft hub [kPa]."""
-    poisson_ratio: Annotated[float, Bounds(least=0.0, below=0.5)] = (
-        DiskMaterials().body.poisson_ratio
-    )
+    poisson_ratio: Annotated[float, Bounds(least=0.0, below=0.5)] = DISK_MATERIAL.poisson_ratio
     """Of a soft hub."""
 
     def __post_init__(self) -> None:

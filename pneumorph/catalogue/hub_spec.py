@@ -20,8 +20,6 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.robot.robot import Hub, hub_of_mesh
 
 HubModel = Literal["soft", "rigid"]
-HUB_SURFACE = "hub"
-"""What points of a hub lie on, where friction is given by surface and nothing else is said."""
 
 
 @dataclass(frozen=True, eq=False)

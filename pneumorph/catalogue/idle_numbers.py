@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from pneumorph.catalogue.leg_kinds import leg_kind
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.physics import Physics

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pneumorph.catalogue.paper_robot import SURFACES
+from pneumorph.physics.surfaces import SKIN_SURFACE
 from pneumorph.simulation.randomisation import Randomisation
 
 
@@ -24,7 +25,7 @@ class Uncertainty:
 
 UNCERTAINTIES = {
     "friction": Uncertainty(
-        SURFACES["skin"].distribution,
+        SURFACES[SKIN_SURFACE].distribution,
         "Of surfaces that have no range of their own: bare silicone's, see "
         "pneumorph/physics/surfaces.py.",
     ),

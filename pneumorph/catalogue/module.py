@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.fem.part_model import PartModel
-from pneumorph.geometry.attachment import face_of_mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
@@ -62,17 +61,6 @@ class Module:
 
     def __repr__(self) -> str:
         return f"Module({self.name})"
-
-    @classmethod
-    def of_full(cls, name: str, part: PartModel) -> Module:
-        """A module that is known as finite elements alone."""
-
-        return cls(
-            name,
-            partial(_not_reduced, name),
-            partial(_as_it_is, name, part),
-            find_face=partial(face_of_mesh, part.mesh),
-        )
 
     def reduced_again(self, part: Path) -> Module:
         """The same module with another reduction of its finite elements as they are now.
@@ -204,16 +192,3 @@ class Module:
     def describe(self) -> PartSummary:
         """Size, provenance and measured errors of the reduced part, for a summary."""
         return self.reduced.describe(self.name)
-
-
-def _not_reduced(name: str) -> ReducedPart:
-    raise ValueError(f"{name} has not been reduced; it walks as finite elements only")
-
-
-def _as_it_is(name: str, part: PartModel, modulus_factor: float, mass_factor: float) -> PartModel:
-    if modulus_factor != 1.0 or mass_factor != 1.0:
-        raise ValueError(
-            f"{name} is asked for with modulus_factor {modulus_factor:g} and mass_factor "
-            f"{mass_factor:g}, expected 1: it is known as the finite elements that it is"
-        )
-    return part

@@ -9,9 +9,10 @@ from typing import Annotated
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.catalogue.built_module import BuiltModule
+from pneumorph.catalogue.leg_kinds import LegName, load_default_leg, masses_of
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import LegName, load_default_leg, masses_of, paper_leg
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -78,7 +79,7 @@ class ModuleDescription(Checked):
         """
         if self.catalogue is not None:
             built = BuiltModule.find(self.catalogue, catalogue_folder)
-            return paper_leg(
+            return module_of_leg(
                 built.leg,
                 built.part,
                 built.mesh,
@@ -96,7 +97,7 @@ class ModuleDescription(Checked):
         if mesh is not None and part is None:
             _refuse_without_part(name, leg, mesh)
         masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
-        module = paper_leg(
+        module = module_of_leg(
             leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name
         )
         # Nobody has said how a part of one's own bends; the physics says what inflates it.
@@ -116,5 +117,5 @@ def _refuse_without_part(name: str, leg: LegName, mesh: Path) -> None:
         raise ArtefactError(
             f"modules.{name} has the mesh {mesh} and no part, expected both: the {leg} leg that "
             "ships, which would walk, was made from another mesh; reduce yours (`pneumorph reduce "
-            f"--full.mesh {mesh}`) and give the leg.npz that comes out as part"
+            f"--mesh {mesh}`) and give the leg.npz that comes out as part"
         ) from error

@@ -12,10 +12,10 @@ from pneumorph.catalogue.density_check import CAST_G_PER_ML, check_density, mate
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
-from pneumorph.geometry.contact_surfaces import distance_to
 from pneumorph.geometry.overlap import deepest_inside
 from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import boundary_triangles, winding_number
+from pneumorph.geometry.triangle_distance import distance_to
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Fitting

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from itertools import pairwise
+from typing import Any
 
-from pneumorph.catalogue.paper_leg import current_leg
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 OLDER_GROUP = "simulation"
 """What `physics` and `stepper` were called when they were one group of settings."""
+_OLDER_LEGS = {"paper": "published"}
 
 
 def current_arguments(arguments: Sequence[str]) -> list[str]:
@@ -45,3 +46,13 @@ def current_setting(name: str) -> str:
         return name
     numerics = {each.name for each in fields(StepperSettings)}
     return f"{'stepper' if field_name in numerics else 'physics'}.{field_name}"
+
+
+def current_leg(name: Any) -> Any:
+    """What a leg is called now that an earlier version called ``paper``."""
+    return _OLDER_LEGS.get(name, name) if isinstance(name, str) else name
+
+
+def with_current_leg(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings of an earlier version with their leg as it is called now."""
+    return {**content, "leg": current_leg(content["leg"])} if "leg" in content else dict(content)

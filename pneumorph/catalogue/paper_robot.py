@@ -12,32 +12,41 @@ from typing import Any, get_args
 import numpy as np
 
 from pneumorph.catalogue.density_check import IN_GRAMS, WEIGHED_G_PER_ML, check_density
-from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
+from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind, masses_of, pressure_map
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import PRINTED_HUB, Masses
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import LegName, leg_kind, masses_of, paper_leg, pressure_map
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.catalogue.site import Site
-from pneumorph.fem.material import DiskMaterials
+from pneumorph.fem.material import Material
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.physics.surfaces import PRINTED_PLASTIC, SILICONE, SILICONE_OVER_SHEET
+from pneumorph.physics.surfaces import (
+    HUB_SURFACE,
+    PRINTED_PLASTIC,
+    SHEET_SURFACE,
+    SILICONE,
+    SILICONE_OVER_SHEET,
+    SKIN_SURFACE,
+)
 
+DISK_MATERIAL = Material(5000.0, 0.3)
+"""What the disk is made of."""
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
 
-SURFACES = {"sheet": SILICONE_OVER_SHEET, "skin": SILICONE, HUB_SURFACE: PRINTED_PLASTIC}
+SURFACES = {
+    SHEET_SURFACE: SILICONE_OVER_SHEET,
+    SKIN_SURFACE: SILICONE,
+    HUB_SURFACE: PRINTED_PLASTIC,
+}
 """What is known of the friction of a leg's underside, of all else of it, and of the disk."""
-
-
-def friction_coefficients() -> tuple[tuple[str, float], ...]:
-    """A coefficient of each surface in the middle of what is known of it, for a `Physics`."""
-    return tuple((name, surface.nominal) for name, surface in SURFACES.items())
 
 
 @cache
@@ -66,7 +75,7 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
     masses, mesh = masses or Masses(), paper_disk_mesh()
     hub = HubSpec(
         mesh,
-        DiskMaterials().body,
+        DISK_MATERIAL,
         PRINTED_HUB if masses.model == "cast" else DISK_MASS_KG,
         np.array(DiskShape().top_centre_mm),
         disk_rim_points(mesh),
@@ -154,12 +163,12 @@ def paper_robot(
             "physics.pressure_map is the published leg's, of slope "
             f"{PressureMap().slope:g}, expected that of {_named(leg)}, of slope "
             f"{own.pressure_map.slope:g}: it would be inflated otherwise than the real one; change "
-            f"{asked} by dataclasses.replace (of pneumorph.catalogue.paper_leg), or ask for "
+            f"{asked} by dataclasses.replace (of pneumorph.catalogue.leg_kinds), or ask for "
             'paper_robot("published")'
         )
     if masses is None:
         masses = masses_of(kind)
-    module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg
+    module = module_of_leg(leg, masses=masses) if isinstance(leg, str) else leg
     mounting = RadialMounting()
     sites = ring_of_sites(mounting, (module,))
     return RobotSpec(paper_hub(masses), sites, physics, **rest)

@@ -18,33 +18,24 @@ from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.plain_values import plain
 from pneumorph.base.settings import (
     SettingsError,
-    laid_over,
     settings_from_dict,
     settings_to_dict,
     table_of_text,
 )
+from pneumorph.catalogue.acting_description import ActingDescription
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
+from pneumorph.catalogue.described_spec import described_spec
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
-from pneumorph.catalogue.hub_images import check_hub_images
+from pneumorph.catalogue.leg_kinds import leg_kind, load_default_leg
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
 from pneumorph.catalogue.module_letters import module_letters
-from pneumorph.catalogue.mounting_check import (
-    USUAL_TOLERANCE_MM,
-    check_apart,
-    check_cast_mass,
-    check_inflation,
-    check_mounted,
-)
-from pneumorph.catalogue.paper_leg import leg_kind, load_default_leg
-from pneumorph.catalogue.paper_robot import ring_of_sites
-from pneumorph.catalogue.part_physics import PhysicsName, refuse_other_physics
+from pneumorph.catalogue.mounting_check import USUAL_TOLERANCE_MM
+from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
-from pneumorph.catalogue.space_check import check_fittings
 from pneumorph.catalogue.written_description import write_description
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
@@ -53,42 +44,6 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.usual_design import usual_design
 from pneumorph.simulation.randomisation import Randomisation
-
-
-@dataclass(frozen=True)
-class ActingDescription(Checked):
-    """The physics by name; all else of the table are fields of `Physics` that differ from it."""
-
-    based_on: PhysicsName = "measured"
-    """Whose physics, and whose finite elements."""
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    """Fields of `Physics`, as nested tables."""
-
-    @property
-    def said(self) -> dict[str, Any]:
-        """The changes, as a file would have them.
-
-        Raises:
-            ValueError: No file can hold a value; names its field.
-        """
-        try:
-            return {name: plain(each, name) for name, each in self.changes.items()}
-        except ValueError as error:
-            raise ValueError(f"[physics]: {error}") from error
-
-    @property
-    def physics(self) -> Physics:
-        """What acts on the robot.
-
-        Raises:
-            ValueError: No such field, or a value out of range.
-        """
-        named, said = settings_to_dict(leg_kind(self.based_on).physics), self.said
-        try:
-            return settings_from_dict(Physics, laid_over(named, said))
-        except ValueError as error:
-            told = error.reasons if isinstance(error, SettingsError) else error
-            raise ValueError(f"[physics]: {told}") from error
 
 
 @dataclass(frozen=True)
@@ -145,7 +100,7 @@ class RobotDescription(Checked, ShownInNotebooks):
                         f"{', '.join(self.modules)}"
                     )
         refuse_doubled_sites(self.sites, self.designs.exclusions)
-        mounted = {name for names in self._allowed() for name in names}
+        mounted = {name for names in self.allowed_modules for name in names}
         for name in self.modules:
             if name not in mounted:
                 raise ValueError(f"modules.{name} is at no site, expected one that allows it")
@@ -181,9 +136,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         """
         found = cls.of_text(read_text(path, "robot"), path, usual_physics)
         try:
-            found.designs.refuse_unused(found.space, found.ring is not None)
-            found.space.check_images()
-            found.hub.refuse_misplaced(found.designs.mirror, found.designs.same)
+            found._refuse_unused()
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found
@@ -252,7 +205,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         found = {}
         for name, each in self.modules.items():
             try:
-                part = each.own_part(self.folder, self._built)
+                part = each.own_part(self.folder, self.built_folder)
             except ArtefactError as error:
                 raise ArtefactError(f"modules.{name}: {error}") from error
             if part is not None:
@@ -278,7 +231,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         return mean_growth(volumes, growths)
 
     @property
-    def _built(self) -> Path:
+    def built_folder(self) -> Path:
         """Where modules of a catalogue were built."""
         if self.catalogue_folder is None:
             return CATALOGUE_FOLDER.absolute()
@@ -309,14 +262,14 @@ class RobotDescription(Checked, ShownInNotebooks):
         """
         return self.designs.space(
             self._poses(),
-            self._allowed(),
+            self.allowed_modules,
             self.acting.regulator_count,
         )
 
     @property
     def letters(self) -> str:
         """What the letters of its designs stand for; empty where no site has a choice."""
-        return module_letters(self._allowed())
+        return module_letters(self.allowed_modules)
 
     @cached_property
     def usual_design(self) -> str:
@@ -368,7 +321,9 @@ class RobotDescription(Checked, ShownInNotebooks):
                 otherwise than the real one; names the file, the site, the module and the cause.
         """
         try:
-            return self._spec(physics or self.acting, rest)
+            if self.file is None:  # of Python; a file's was refused when it was chosen
+                self._refuse_unused()
+            return described_spec(self, physics or self.acting, rest)
         except (FileNotFoundError, ValueError) as error:
             if self.file is None or str(self.file) in str(error):
                 raise
@@ -376,63 +331,18 @@ class RobotDescription(Checked, ShownInNotebooks):
             named = FileNotFoundError if missing else ArtefactError
             raise named(f"robot file {self.file}: {error}") from error
 
-    def _spec(self, physics: Physics, rest: Mapping[str, Any]) -> RobotSpec:
-        built = self._built
-        if self.file is None:  # of Python; a file's was refused when it was chosen
-            self.designs.refuse_unused(self.space, self.ring is not None)
-            self.space.check_images()
-            self.hub.refuse_misplaced(self.designs.mirror, self.designs.same)
-        _ = self.space  # refuses a usual design that its rules do not allow
-        modules = {}
-        for name, each in self.modules.items():
-            if each.part is not None and not (self.folder / each.part).exists():
-                file = self.folder / each.part
-                raise FileNotFoundError(f"modules.{name}.part: {file} does not exist")
-            try:
-                modules[name] = each.module(name, self.folder, built, self.physics.based_on)
-            except FileNotFoundError as error:
-                raise FileNotFoundError(f"modules.{name}: {error}") from error
-            if each.part is not None:
-                refuse_other_physics(
-                    self.own_parts.get(name) or modules[name].reduced,
-                    self.physics.based_on,
-                    f"the part of modules.{name} ({each.part})",
-                    "say by based_on in [physics] which it is of",
-                )
-        kind = leg_kind(self.physics.based_on)
-        hub = self.hub.spec(self.folder)
-        spacing_mm = self.hub.contact_spacing_mm if self.hub.contact == "spread" else 0.0
-        check_hub_images(hub, self.designs.mirror, self.designs.same, spacing_mm)
-        if self.ring is not None:
-            sites = ring_of_sites(self.ring, tuple(modules.values()))
-        else:
-            sites = tuple(
-                Site(site.pose, tuple(modules[name] for name in names), Pose(), site.name)
-                for site, names in zip(self.sites, self._allowed(), strict=True)
-            )
-        for name, module in modules.items():
-            if self.modules[name].mass_g is None:
-                check_cast_mass(module.reduced, f"modules.{name}", f"modules.{name}.mass_g")
-            check_inflation(module, name, physics)
-        check_mounted(hub, sites, self.space, self.mounting_tolerance_mm)
-        check_apart(sites, self.space, self.mounting_tolerance_mm)
-        spec = RobotSpec(
-            hub,
-            sites,
-            physics,
-            **{
-                "hub_model": self.hub.model,
-                "full_order": kind.full_order,
-                "name": self.name,
-                # Without its list of designs, which would go with the robot to every worker.
-                "allowed_designs": replace(self.space),
-                **rest,
-            },
-        )
-        check_fittings(spec, self.space, "designs.options")
-        return spec
+    def _refuse_unused(self) -> None:
+        """Refuse what no design uses, and a hub that its designs' symmetries move elsewhere.
 
-    def _allowed(self) -> list[tuple[str, ...]]:
+        Raises:
+            ValueError: There is one.
+        """
+        self.designs.refuse_unused(self.space, self.ring is not None)
+        self.space.check_images()
+        self.hub.refuse_misplaced(self.designs.mirror, self.designs.same)
+
+    @property
+    def allowed_modules(self) -> list[tuple[str, ...]]:
         """Names of the modules at each site, in the order of the modules."""
         every = tuple(self.modules)
         if self.ring is not None:

@@ -8,12 +8,13 @@ from typing import Any, get_args
 
 import numpy as np
 
-from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
-from pneumorph.catalogue.paper_leg import LegName, masses_of, pressure_map
+from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.leg_kinds import LegName, masses_of, pressure_map
 from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
+from pneumorph.physics.surfaces import HUB_SURFACE
 from pneumorph.simulation.randomisation import Randomisation, World
 
 

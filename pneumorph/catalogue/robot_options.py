@@ -15,20 +15,14 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.description_notes import description_notes, forbidden_note
 from pneumorph.catalogue.full_options import FullOptions, full_of
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind, masses_of, physics_of, pressure_map
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.mounting_check import (
     USUAL_TOLERANCE_MM,
     check_apart,
     check_cast_mass,
     check_mounted,
-)
-from pneumorph.catalogue.paper_leg import (
-    LegName,
-    leg_kind,
-    masses_of,
-    paper_leg,
-    physics_of,
-    pressure_map,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.part_physics import (
@@ -44,7 +38,6 @@ from pneumorph.catalogue.robot_settings import (
     upgraded_robot,
 )
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
@@ -130,14 +123,7 @@ class RobotOptions(Checked):
         full = self.full
         numerics: dict[str, Any] = {
             "stepper": self.stepper,
-            "full_order": FullOrderSettings(
-                integrator=full.integrator,
-                newton_matrix=full.newton_matrix,
-                displacement_tolerance_mm=full.displacement_tolerance_mm,
-                thread_count=full.thread_count,
-                friction_solver=full.friction_solver,
-                contact_sweeps=full.contact_sweeps,
-            ),
+            "full_order": full.numerics(),
             "hub_model": full.hub,
             "thread_count": self.threads,
             "executor": self.executor,
@@ -147,7 +133,7 @@ class RobotOptions(Checked):
             label = None if self.part is None else str(self.part)
             self._refuse_other_leg()
             part = self._part_of_this_physics()
-            leg = paper_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
+            leg = module_of_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
             _ = self.part is None or self._own_leg_fits
             usual = pressure_map(self.leg)
@@ -227,7 +213,7 @@ class RobotOptions(Checked):
             ArtefactError: It is of another mesh than its finite elements.
             ValueError: It weighs what no cast leg does, or reaches into the disk or its neighbour.
         """
-        leg = paper_leg(self.leg, self.part, self.full.mesh, masses=self.masses)
+        leg = module_of_leg(self.leg, self.part, self.full.mesh, masses=self.masses)
         spec = paper_robot(leg, self.physics, self.masses)
         if self.full.mesh is not None:
             leg.reduced.check_mesh(load_leg_mesh(self.full.mesh))

@@ -11,16 +11,9 @@ from pneumorph.base.artefact import read_text
 from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.base.shapes import table
 from pneumorph.catalogue.full_options import full_of
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind, masses_of, physics_of, pressure_map
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.older_names import OLDER_GROUP
-from pneumorph.catalogue.paper_leg import (
-    LegName,
-    leg_kind,
-    masses_of,
-    physics_of,
-    pressure_map,
-    with_current_leg,
-)
+from pneumorph.catalogue.older_names import OLDER_GROUP, with_current_leg
 from pneumorph.catalogue.part_physics import (
     PhysicsName,
     may_be_measured,

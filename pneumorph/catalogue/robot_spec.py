@@ -32,7 +32,7 @@ from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import Regulators
 from pneumorph.reduction.part_summary import PartsSummary
-from pneumorph.robot.design import Design
+from pneumorph.robot.design import Design, module_letter
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Mount, Robot
@@ -393,11 +393,11 @@ class RobotSpec(ShownInNotebooks):
             site = self.sites[location]
             if kind >= len(site.modules):
                 allowed = " or ".join(
-                    f"{chr(ord('a') + place)} ({each.name})"
+                    f"{module_letter(place)} ({each.name})"
                     for place, each in enumerate(site.modules)
                 )
                 raise ValueError(
-                    f"design {design} has a module {chr(ord('a') + kind)} at site "
+                    f"design {design} has a module {module_letter(kind)} at site "
                     f"{site.name or location}, expected {allowed}"
                 )
             module = site.modules[kind]

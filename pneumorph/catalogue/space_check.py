@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.robot.design import module_letter
 from pneumorph.robot.design_space import DesignSpace
 
 
@@ -47,7 +48,7 @@ def check_fittings(spec: RobotSpec, space: DesignSpace, setting: str) -> None:
         last, at = max((each.module for each in fittings), default=0), site.name or number
         if last >= len(site.modules):
             raise ValueError(
-                f"{setting}[{number}] names module {chr(ord('a') + last)}, and site "
+                f"{setting}[{number}] names module {module_letter(last)}, and site "
                 f"{at} allows {len(site.modules)} kinds of modules"
             )
         for each in fittings:

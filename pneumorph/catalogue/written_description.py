@@ -10,7 +10,7 @@ from typing import Any
 
 import tomli_w
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.base.plain_values import plain
 
 
@@ -21,7 +21,7 @@ def write_description(robot: Any, path: Path) -> Path:
     _ = robot.physics.physics, robot.worlds  # refuse what is none
     there = Path(relpath(robot.folder.resolve(), path.parent.resolve()))
     text = tomli_w.dumps(_without_none(_table(robot, there)))
-    return write_atomically(path, lambda stream: stream.write(text.encode()))
+    return write_text(path, text)
 
 
 def _table(robot: Any, there: Path) -> dict[str, Any]:

@@ -19,13 +19,15 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_settings import chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.open_loop_gait import commands_of
-from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.study.brought_gait import brought_gait
+from pneumorph.study.brought_learning import brought_learning
 from pneumorph.study.engine_benchmark import EngineBenchmark, EngineSpeed, bench_engine
 from pneumorph.study.full_benchmark import FullBenchmark, StepTimes, bench_full
 
@@ -45,15 +47,14 @@ class BenchOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The designs and the regulators that a robot's file brings with it."""
-        robot = chosen_robot(content)
-        if robot is None:
-            return {}
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """The designs, the regulators and the pressures that the robot brings with it."""
+        learning = brought_learning(content, below, chosen_robot(content))
+        highest_kPa = learning["task"].get("maximum_pressure_kPa")
         return {
-            "space": robot.training_settings()["space"],
-            "design": robot.usual_design,
-            "expert": robot.expert_settings(),
+            "space": learning["space"],
+            "benchmark": {} if highest_kPa is None else {"maximum_kPa": highest_kPa},
+            **brought_gait(content, below, None, None, below["expert"]),
         }
 
 
@@ -67,9 +68,8 @@ def bench(options: BenchOptions, folder: RunFolder) -> EngineSpeed | StepTimes:
         return bench_engine(options.benchmark, spec, designs)
     folder.progress.stage("measuring a full robot's steps")
     commands = commands_of(options.expert, spec.physics.time_step_s, spec.physics.regulator_count)
-    robot = spec.full(options.design)
     return replace(
-        bench_full(options.full_benchmark, robot, commands, folder.progress),
+        bench_full(options.full_benchmark, spec.full(options.design), commands, folder.progress),
         design=options.design,
         hub=options.robot.full.hub,
         **spec.describe(reduced=False),

@@ -30,9 +30,10 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.hardware.bend_staircase import BendTestSettings
-from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.study.brought_gait import brought_gait
-from pneumorph.study.deployed_gait import DeployedGait, DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_result import DeployedGait
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.gait_source import robot_of_source
 
 
@@ -53,10 +54,8 @@ class DeployOptions:
         brought = brought_gait(content, below, source, below["source"], below_it["expert"])
         amplitude_kPa = brought.get("expert", {}).get("amplitude_kPa")
         bend_test = content.get("deployment", {}).get("bend_test", below_it["bend_test"])
-        if amplitude_kPa is not None and bend_test:  # in as many steps as usual
-            highest_kPa = 2.0 * amplitude_kPa
-            step_kPa = highest_kPa / HIGHEST_COMMAND_KPA * BendTestSettings.step_kPa
-            brought["bends"] = {"highest_kPa": highest_kPa, "step_kPa": step_kPa}
+        if amplitude_kPa is not None and bend_test:
+            brought["bends"] = BendTestSettings.as_many_steps(2.0 * amplitude_kPa)
         return {"deployment": brought}
 
     def __post_init__(self) -> None:

@@ -21,7 +21,8 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.description_notes import damping_note
 from pneumorph.command.verb import Verb
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.search import SearchFindings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.search_options import SearchOptions
 
 

@@ -149,7 +149,8 @@ def _assembled(robot: RobotSpec, design: Design) -> Robot:
 
 
 def _parsed(design: Design | str | None) -> Design:
-    from pneumorph.robot.design import BASELINE_DESIGN, Design
+    from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
+    from pneumorph.robot.design import Design
 
     return Design.parse(BASELINE_DESIGN if design is None else design)
 
@@ -160,7 +161,8 @@ def _refuse_unnamed(robot: RobotSpec) -> None:
     Raises:
         ValueError: It has others.
     """
-    from pneumorph.robot.design import BASELINE_DESIGN, Design
+    from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
+    from pneumorph.robot.design import Design
 
     expected, count = Design.parse(BASELINE_DESIGN).location_count, len(robot.sites)
     if count != expected:

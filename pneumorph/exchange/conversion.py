@@ -10,7 +10,8 @@ from typing import Any, Literal
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.layers import changed_flags
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import paper_leg, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.exchange.sorotraj import UNIT, read_sorotraj, write_sorotraj
@@ -135,7 +136,7 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
                 "published physics: the scene's plugin knows no relaxation; `pneumorph reduce "
                 "--preset paper` makes one"
             )
-        leg = paper_leg("published", own)
+        leg = module_of_leg("published", own)
         scene = export_sofa_scene(folder.path, leg.reduced, model, settings.physics)
         return {"scene": str(scene), "leg": leg.describe()}
     part = reduced_part_of(read_sofa_reduction(Path(source)), model)
@@ -143,7 +144,7 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
     return {
         "part": str(path),
         "torn_attachment": part.metadata["torn_attachment"],
-        "leg": paper_leg("published", path).describe(),
+        "leg": module_of_leg("published", path).describe(),
     }
 
 

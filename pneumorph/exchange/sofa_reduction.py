@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import read_text, write_atomically
+from pneumorph.base.artefact import read_text, write_text
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -50,7 +50,7 @@ def write_table(path: Path, table: np.ndarray) -> Path:
     lines = [f"{rows.shape[0]} {rows.shape[1]}"]
     lines += [" ".join(str(v) if whole else f"{v:.9g}" for v in row) for row in rows]
     text = "\n".join(lines) + "\n"
-    return write_atomically(path, lambda stream: stream.write(text.encode()))
+    return write_text(path, text)
 
 
 def read_table(path: Path) -> np.ndarray:

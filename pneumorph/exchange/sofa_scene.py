@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.exchange.sofa_reduction import mounted_modes, write_sofa_reduction
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.region_names import cavity_regions
@@ -213,7 +213,7 @@ def export_sofa_scene(
         sheet_poisson=part.membrane_material.poisson_ratio,
         sheet_thickness=float(f"{_sheet_thickness_mm(part, mesh.nodes[sheet]):.9g}"),
     )
-    return write_atomically(folder / SCENE_FILE, lambda stream: stream.write(text.encode()))
+    return write_text(folder / SCENE_FILE, text)
 
 
 def _check_even_mass(part: ReducedPart) -> None:
@@ -255,4 +255,4 @@ def _write_vtk(path: Path, nodes: np.ndarray, cells: np.ndarray, cell_type: int)
     lines += [" ".join(map(str, (corners, *cell))) for cell in cells]
     lines.append(f"CELL_TYPES {count}")
     lines += [str(cell_type)] * count
-    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+    write_text(path, "\n".join(lines) + "\n")

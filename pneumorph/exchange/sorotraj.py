@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import read_text, write_atomically
+from pneumorph.base.artefact import read_text, write_text
 from pneumorph.base.checked import rises
 from pneumorph.base.optional_package import optional_package
-from pneumorph.gait.gait_file import LIMIT, check_peak, gait_remarks, limit_remark
+from pneumorph.gait.gait_file import LIMIT, check_peak, gait_remarks, remark_lines
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
@@ -140,10 +140,8 @@ def write_sorotraj(
         table = np.array(rows)
     else:
         table = np.column_stack([gait.time_s, gait.waypoint_kPa])
-    limit = limit_remark(gait.maximum_pressure_kPa, float(table[:, 1:].max()))
+    lines = remark_lines(comments, gait.maximum_pressure_kPa, float(table[:, 1:].max()))
     table[:, 1:] /= kPa_per_unit
-    said = {**(comments or {}), **limit}
-    lines = [f"# {name}: {value}" for name, value in said.items()]
     unit = "kPa" if kPa_per_unit == 1.0 else f"units of {kPa_per_unit:g} kPa"
     lines += [f"# pressures in {unit}", f"# {UNIT}: {kPa_per_unit!r}"]
     lines += ["settings:", "  traj_type: direct"]
@@ -153,7 +151,7 @@ def write_sorotraj(
         lines.append("      - [" + ", ".join(repr(float(value)) for value in row) + "]")
     lines += ["    prefix:", "    suffix:"]
     text = "\n".join(lines) + "\n"
-    return write_atomically(path, lambda stream: stream.write(text.encode()))
+    return write_text(path, text)
 
 
 def _switch_s(held_s: float) -> float:

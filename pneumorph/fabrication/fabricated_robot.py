@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.base.run_folder import SUMMARY, RunFolder, read_summary
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.fabricated_solid import (
@@ -160,8 +160,8 @@ def fabricate(
         if name.endswith(OF_A_MOULD)
     }
     parts = parts_list(materials, printed, moulds, tubes, settings.workshop, robot.hub.payload)
-    write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
-    write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
+    write_text(folder / "parts.csv", parts_csv(parts))
+    write_text(folder / "tubes.csv", tubes_csv(tubes))
     _remove_earlier(made, folder)
     legs = tuple(
         FabricatedLeg(

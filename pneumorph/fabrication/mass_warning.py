@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.catalogue.masses import PRINTED_HUB, cast_leg_mass_kg
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
 
 LARGEST_MASS_DIFFERENCE = 0.1
 """Share by which a simulated mass may differ from the built one without a warning."""

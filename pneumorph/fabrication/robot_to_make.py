@@ -15,8 +15,8 @@ import numpy as np
 
 from pneumorph.catalogue.description_notes import excluding_sites
 from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.described_hub import make_described_hub

@@ -13,7 +13,7 @@ import numpy as np
 
 from pneumorph.fem.law import Law, Strain, differentiated_stress
 from pneumorph.fem.material import Material
-from pneumorph.fem.rotation import element_rotation, polar_rotation_rate
+from pneumorph.fem.rotation import dot, element_rotation, polar_rotation_rate
 from pneumorph.physics.physics import Rotation
 
 
@@ -59,7 +59,7 @@ class Corotational:
         """P = R sigma [kPa], (3, d, point)."""
         turn = element_rotation(gradient, self.rotation)
         d = gradient.shape[1]
-        stretch = [[_dot(turn[:, a], gradient[:, b]) for b in range(d)] for a in range(d)]
+        stretch = [[dot(turn[:, a], gradient[:, b]) for b in range(d)] for a in range(d)]
         lambda_trace = self._lambda * (sum(stretch[a][a] for a in range(d)) - d)
         stress = np.empty_like(gradient)
         for b in range(d):
@@ -95,8 +95,3 @@ class Corotational:
 def law_with_rotation(law: Law, rotation: Rotation) -> Law:
     """The law itself; a corotational one with its rotation taken from `rotation`."""
     return law.with_rotation(rotation) if isinstance(law, Corotational) else law
-
-
-def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    product: np.ndarray = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-    return product

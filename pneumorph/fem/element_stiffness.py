@@ -6,13 +6,11 @@ Symmetric matrices are returned as their upper triangles, (pair, element), pairs
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.element_group import ElementGroup
-from pneumorph.fem.rotation import element_rotation
+from pneumorph.fem.rotation import dot, element_rotation
 from pneumorph.physics.physics import Rotation
 
 
@@ -64,9 +62,9 @@ def rotated_stiffness_entries(
             np.multiply(lambda_g[a][i], g[b][j], out=value)
             value += mu_g[b][i] * g[a][j]
             if plane is not None:
-                value += _dot(mu_g[a], g[b]) * plane[i][j]
+                value += dot(mu_g[a], g[b]) * plane[i][j]
             elif i == j:
-                value += _dot(mu_g[a], g[b])
+                value += dot(mu_g[a], g[b])
             pair += 1
     return entries
 
@@ -236,7 +234,7 @@ def _stretch_rates(
     """dU for a unit velocity of each unknown of an element, by component (a, b), a <= b."""
     turn = element_rotation(gradient, "polar")
     d = gradient.shape[1]
-    stretch = [[_dot(list(turn[:, a]), list(gradient[:, b])) for b in range(d)] for a in range(d)]
+    stretch = [[dot(turn[:, a], gradient[:, b]) for b in range(d)] for a in range(d)]
     if d == 3:
         inverse = _inverse_symmetric(stretch)
     else:
@@ -279,8 +277,3 @@ def _inverse_symmetric(stretch: list[list[np.ndarray]]) -> list[list[np.ndarray]
     c22 = m[0][0] * m[1][1] - m[0][1] * m[1][0]
     upper = [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]]
     return [[value * scale for value in row] for row in upper]
-
-
-def _dot(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> np.ndarray:
-    product: np.ndarray = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-    return product

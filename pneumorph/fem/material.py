@@ -147,13 +147,3 @@ class LegMaterials(Checked):
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
         """Settings of an earlier version, whose sheet was called ``paper``."""
         return {name.replace("paper", "sheet", 1): value for name, value in content.items()}
-
-
-@dataclass(frozen=True)
-class DiskMaterials(Checked):
-    """What the disk is made of."""
-
-    body: Material = Material(5000.0, 0.3)
-    """The disk."""
-    mass_kg: Positive = 0.075
-    """Mass of the disk, spread evenly over its nodes [kg]."""

@@ -5,6 +5,7 @@ Arrays are laid out component first, element last, so that every operation runs 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
@@ -93,6 +94,14 @@ def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
             first[0] * second[1] - first[1] * second[0],
         ]
     )
+
+
+def dot(
+    first: Sequence[np.ndarray] | np.ndarray, second: Sequence[np.ndarray] | np.ndarray
+) -> np.ndarray:
+    """Dot product of vectors laid out (3, element), term after term: (element,)."""
+    product: np.ndarray = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+    return product
 
 
 def cofactor(matrix: np.ndarray) -> np.ndarray:

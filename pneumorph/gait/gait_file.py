@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import read_text, reading, write_atomically
+from pneumorph.base.artefact import read_text, reading, write_text
 from pneumorph.base.checked import rises
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
@@ -34,17 +34,22 @@ LEAST_PEAK_KPA = 1.0
 _COMMENT = re.compile(r"#\s*(?P<name>\w+)\s*:\s*(?P<value>.*)")
 
 
-def limit_remark(maximum_kPa: float, peak_kPa: float) -> dict[str, str]:
-    """The remark `LIMIT` of a gait that may go above or stays below the usual limit, else none. A
-    gait without a limit (infinite) goes as high as its peak: a file names a number.
+def remark_lines(
+    comments: Mapping[str, str] | None, maximum_kPa: float, peak_kPa: float
+) -> list[str]:
+    """Comment lines of named remarks, and of `LIMIT` if the gait may go above or stays below the
+    usual limit. A gait without a limit (infinite) goes as high as its peak: a file names a number.
 
     Args:
+        comments: The remarks, by name.
         maximum_kPa: Highest pressure that the gait may have [kPa].
         peak_kPa: Highest that it has [kPa].
     """
     if not np.isfinite(maximum_kPa):
         maximum_kPa = max(peak_kPa, HIGHEST_COMMAND_KPA)
-    return {} if maximum_kPa == HIGHEST_COMMAND_KPA else {LIMIT: repr(float(maximum_kPa))}
+    usual = maximum_kPa == HIGHEST_COMMAND_KPA
+    limit = {} if usual else {LIMIT: repr(float(maximum_kPa))}
+    return [f"# {name}: {value}" for name, value in {**(comments or {}), **limit}.items()]
 
 
 def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | None = None) -> Path:
@@ -55,9 +60,7 @@ def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | N
         gait: The gait.
         comments: Named remarks such as ``{"design": "1.0.0.2.2.0.0.1"}``, one line each.
     """
-    limit = limit_remark(gait.maximum_pressure_kPa, float(gait.held_kPa.max()))
-    said = {**(comments or {}), **limit}
-    lines = [f"# {name}: {value}" for name, value in said.items()]
+    lines = remark_lines(comments, gait.maximum_pressure_kPa, float(gait.held_kPa.max()))
     columns = [f"regulator_{number}_kPa" for number in range(1, gait.regulator_count + 1)]
     lines.append(",".join(["time_s", *columns]))
     times = [*gait.start_s, gait.duration_s]
@@ -65,7 +68,7 @@ def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | N
         # repr is the shortest text that reads back to the same double.
         lines.append(",".join(repr(float(value)) for value in (time_s, *pressures)))
     text = "\n".join(lines) + "\n"
-    return write_atomically(path, lambda stream: stream.write(text.encode()))
+    return write_text(path, text)
 
 
 def read_gait(

@@ -11,13 +11,15 @@ import numpy as np
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.walk import Progress, walk
+from pneumorph.gait.walk import walk
 from pneumorph.reduction.snapshot_range import furthest_ratio
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 
 PHASE_SWEEP_VERSION = 1
 
@@ -133,7 +135,7 @@ def sweep_phases(
     settings: PhaseSweepSettings | None = None,
     *,
     time_step_s: float = 0.01,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
     goal: Goal = FORWARD,
 ) -> PhaseSweep:
     """Walk the baseline at every phase, all phases in one batch.

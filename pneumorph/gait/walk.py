@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.environment.crawling_simulator import (
     RUNNING,
     CrawlingSimulator,
@@ -18,9 +19,6 @@ from pneumorph.environment.crawling_simulator import (
 from pneumorph.environment.goal import Goal, turn_between
 from pneumorph.environment.reward import MILLIMETRES_PER_CENTIMETRE
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
-
-Progress = Callable[[int, int, str], None]
-"""Told (done, total, message) now and then while a long loop runs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +136,7 @@ def walk(
     time_step_s: float,
     settling_step_count: int = 15,
     record_step_count: int = 3,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> Walk:
     """Reset a simulator, let its robots settle, and drive each with its gait.
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.geometry.surface import surface_area
+from pneumorph.geometry.triangle_distance import distance_to
 
 TOUCH_MM = 1e-6
 """Regions that are nearer or further than this from each other touch a point alike [mm]."""
@@ -87,24 +88,3 @@ def surfaces_at(
     counts = {name: int(np.count_nonzero(names == name)) for name in order}
     share = {name: areas[name] / max(counts[name], 1) for name in order}
     return ContactSurfaces(names, np.array([share.get(name, 0.0) for name in names]))
-
-
-def distance_to(point: np.ndarray, triangles: np.ndarray) -> float:
-    """Distance of a point from the nearest of triangles (triangle, 3, 3) [mm]."""
-    corners = triangles - point
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(first, second)
-    square = np.einsum("ti,ti->t", normal, normal)
-    # The foot on the plane, by barycentric coordinates of the two last corners.
-    u = np.einsum("ti,ti->t", np.cross(-corners[:, 0], second), normal) / square
-    v = np.einsum("ti,ti->t", np.cross(first, -corners[:, 0]), normal) / square
-    height = np.abs(np.einsum("ti,ti->t", corners[:, 0], normal)) / np.sqrt(square)
-    inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
-    least = float(np.min(height, where=inside, initial=np.inf))
-    for begin, end in ((0, 1), (1, 2), (2, 0)):
-        edge = corners[:, end] - corners[:, begin]
-        along = -np.einsum("ti,ti->t", corners[:, begin], edge)
-        along = np.clip(along / np.einsum("ti,ti->t", edge, edge), 0.0, 1.0)
-        foot = corners[:, begin] + along[:, None] * edge
-        least = min(least, float(np.linalg.norm(foot, axis=1).min(initial=np.inf)))
-    return least

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.geometry.contact_surfaces import distance_to
 from pneumorph.geometry.surface import winding_number
+from pneumorph.geometry.triangle_distance import distance_to
 
 
 def deepest_inside(

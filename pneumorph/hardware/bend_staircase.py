@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 
 _SAME_STAIR = 1e-9
 """The highest pressure is on the grid of steps if it is within this share of a step."""
@@ -33,6 +34,12 @@ class BendTestSettings(Checked):
             raise ValueError(
                 f"step_kPa is {self.step_kPa}, expected at most highest_kPa, {self.highest_kPa}"
             )
+
+    @classmethod
+    def as_many_steps(cls, highest_kPa: float) -> dict[str, float]:
+        """Settings of a staircase to another pressure [kPa], in as many steps as usual."""
+        step_kPa = highest_kPa / HIGHEST_COMMAND_KPA * cls.step_kPa
+        return {"highest_kPa": highest_kPa, "step_kPa": step_kPa}
 
     @property
     def pressures_kPa(self) -> np.ndarray:

@@ -5,7 +5,6 @@ A leg is held at its root in free air, inflated, and the turn of its free end is
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pneumorph.base.checked import rises
+from pneumorph.base.progress import ProgressReport
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.hardware.measured_table import read_measured_table
@@ -25,9 +25,6 @@ MOST_KPA = 3000.0
 
 CLEAR_BEND = 0.1
 """A bend of this share of the largest is that of an inflated leg, and no noise of a reading."""
-
-Progress = Callable[[int, int, str], None]
-"""Told (done, total, message)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +86,7 @@ def simulated_bend_curve(
     largest_kPa: float = 450.0,
     step_kPa: float = 10.0,
     rotation: Rotation = "edge",
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> MonotoneBend:
     """Bend a simulated leg held at its attachment, without gravity or floor.
 

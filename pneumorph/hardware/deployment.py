@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.hardware.deployment_log import STOPPED, DeploymentLog, LogError
 from pneumorph.hardware.driver import Clock, DriverError, ForeignDeviceError, RegulatorDriver
 from pneumorph.hardware.guardian import vent
@@ -20,9 +21,6 @@ from pneumorph.hardware.venting import fall_text, sense_until_fallen
 from pneumorph.hardware.watch import PressureWatch
 
 NOT_VENTED = "NOT VENTED: cut the supply by hand"
-
-Progress = Callable[[int, int, str], None]
-"""Told (done, total, message)."""
 
 
 class Beats(Protocol):
@@ -70,7 +68,7 @@ def deploy(
     log: DeploymentLog,
     clock: Clock,
     guardian: Beats | None = None,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> DeploymentReport:
     """Follow a schedule.
 
@@ -124,7 +122,7 @@ class _Run:
         log: DeploymentLog,
         clock: Clock,
         guardian: Beats | None,
-        progress: Progress | None,
+        progress: ProgressReport | None,
     ) -> None:
         self._schedule, self._driver, self._rig = schedule, driver, rig
         self._log, self._clock = log, clock

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import read_text, reading, write_atomically
+from pneumorph.base.artefact import read_text, reading, write_text
 from pneumorph.base.checked import Checked, Positive, rises
 from pneumorph.base.layers import changed_flags
 from pneumorph.environment.goal import Goal
@@ -274,7 +274,7 @@ def write_track(path: Path | str, track: MarkerTrack) -> Path:
     columns = [track.time_s, *track.position_mm.T, *([track.turned_deg] if known else [])]
     lines = ["time_s,x_mm,y_mm" + (",turned_deg" if known else "")]
     lines += [",".join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)]
-    return write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+    return write_text(path, "\n".join(lines) + "\n")
 
 
 def _track_of(

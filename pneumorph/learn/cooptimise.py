@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.base.artefact import read_json, reading, write_json
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import differences, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.older_names import current_setting
 from pneumorph.environment.training_environment import EnvironmentFactory
-from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import (
     KIND,
     Checkpoint,
@@ -56,7 +56,7 @@ def learn_in_folder(
     provenance: Mapping[str, Any] | None = None,
     resume: bool = False,
     wandb_project: str | None = None,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
     say: Callable[[str], None] | None = None,
 ) -> CooptResult:
     """Run co-optimisation to its end, or go on with a run that was stopped.
@@ -294,7 +294,7 @@ def _train(
     started: float,
     remarks: list[str],
     provenance: Mapping[str, Any],
-    progress: Progress | None,
+    progress: ProgressReport | None,
 ) -> None:
     settings = training.settings
     total = settings.training_timesteps

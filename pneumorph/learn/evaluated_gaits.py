@@ -8,8 +8,8 @@ from itertools import cycle
 
 import numpy as np
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.environment.training_environment import TrainingEnvironment
-from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.evaluation import InWorlds, evaluation_seeds, filled_batch, walk_in_worlds
 from pneumorph.learn.objective import Objective
@@ -58,7 +58,7 @@ def best_of_each_design(
     environment: TrainingEnvironment,
     space: DesignSpace,
     objective: Objective,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> dict[int, DesignGaitPair]:
     """Each design's best pair of these by the objective over the worlds of an evaluation, with what
     it achieves there; designs whose simulation failed in all worlds are left out. An objective for

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.training_environment import ToldStep, TrainingEnvironment
-from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.environments import check_finite
 from pneumorph.learn.failed_walks import with_failed
@@ -50,7 +50,7 @@ def evaluate_policy(
     designs: np.ndarray,
     *,
     timestep: int = 0,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
     objective: Objective | None = None,
 ) -> list[DesignGaitPair]:
     """Walk designs for one episode each with the policy's deterministic actions.

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.gait.walk import Progress
+from pneumorph.base.progress import ProgressReport
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.evaluation import evaluation_timesteps, filled_batch, walk_batch
@@ -48,7 +48,7 @@ def finetune(
     folder: Path,
     policies_folder: Path,
     time_step_s: float = 0.01,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> Finetuned:
     """Fine-tune a finished training on each of some designs.
 

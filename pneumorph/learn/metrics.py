@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, read_text, write_atomically
+from pneumorph.base.artefact import ArtefactError, read_text, write_text
 from pneumorph.learn.weights_and_biases import open_wandb
 
 METRICS_FILE = "metrics.jsonl"
@@ -44,7 +44,7 @@ class MetricsLog:
         self.path = folder / METRICS_FILE
         kept = [line for line in read_metrics(folder) if line["timestep"] <= timestep]
         text = "".join(json.dumps(line) + "\n" for line in kept)
-        write_atomically(self.path, lambda stream: stream.write(text.encode()))
+        write_text(self.path, text)
         self._file = self.path.open("a", encoding="utf-8")
         if not timestep:
             shutil.rmtree(folder / TENSORBOARD_FOLDER, ignore_errors=True)

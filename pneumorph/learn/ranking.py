@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.stage_clock import StageClock
 from pneumorph.environment.training_environment import TrainingEnvironment
-from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.evaluation import evaluate_policy, evaluation_timesteps
@@ -56,7 +56,7 @@ class Ranking:
         policy: Policy,
         designs: np.ndarray,
         timestep: int,
-        progress: Progress | None = None,
+        progress: ProgressReport | None = None,
     ) -> list[DesignGaitPair]:
         """Walk designs with a policy's deterministic actions, and offer the pairs.
 

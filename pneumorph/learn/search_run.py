@@ -24,10 +24,10 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import read_text, write_atomically
+from pneumorph.base.artefact import read_text, write_text
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.settings import differences
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
-from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.evaluated_gaits import best_of_each_design, walk_open_loop
 from pneumorph.learn.evaluation import evaluation_timesteps
@@ -92,7 +92,7 @@ def run_search(
     finalist_count: int = 24,
     every_design: bool = False,
     description: Mapping[str, Any] | None = None,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> SearchResult:
     """Ask, walk and tell until the budget is used.
 
@@ -306,7 +306,7 @@ def _read_or_begin(path: Path, description: dict[str, Any]) -> list[Any]:
     cut short is dropped."""
     if not path.exists():
         header = {"description": description, "centred": False}
-        write_atomically(path, lambda stream: stream.write((json.dumps(header) + "\n").encode()))
+        write_text(path, json.dumps(header) + "\n")
         return [header]
     lines = []
     for text in read_text(path, "search").splitlines():
@@ -326,5 +326,5 @@ def _read_or_begin(path: Path, description: dict[str, Any]) -> list[Any]:
             "another folder"
         )
     whole = "".join(json.dumps(line) + "\n" for line in lines)
-    write_atomically(path, lambda stream: stream.write(whole.encode()))
+    write_text(path, whole)
     return lines

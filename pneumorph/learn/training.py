@@ -9,9 +9,9 @@ import jax
 import numpy as np
 
 from pneumorph.base.artefact import reading
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.stage_clock import StageClock
 from pneumorph.environment.training_environment import EnvironmentFactory, ToldStep
-from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.demonstrations import FirstRound, check_room, first_round
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
@@ -405,7 +405,7 @@ class Training:
             **distribution.said(),
         }
 
-    def evaluate(self, progress: Progress | None = None) -> list[DesignGaitPair]:
+    def evaluate(self, progress: ProgressReport | None = None) -> list[DesignGaitPair]:
         """Walk the designs that may be the best with the deterministic policy and keep good pairs:
         those of the highest scores, those that the critic expects most of, and those that were the
         best of earlier beginnings where one learns from them, until the end of it was evaluated.

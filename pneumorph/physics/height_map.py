@@ -1,4 +1,4 @@
-"""A floor whose heights come from an image or an array."""
+"""Heights of a floor that come from a file: an image or an array."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 
 from pneumorph.base.artefact import reading
 from pneumorph.base.checked import Checked, NotNegative, Positive
-from pneumorph.physics.floor import HeightField
-from pneumorph.physics.height_grid import HeightGrid, checked_heights
+from pneumorph.physics.height_grid import checked_heights
 
 LEAST_HEIGHT_MM = 0.1
 """A map whose heights differ by less [mm] is a plane to legs that are some ten millimetres high."""
@@ -135,35 +134,6 @@ def _pixels(path: Path) -> np.ndarray:
     if pixels.dtype.kind == "u":
         pixels = pixels / np.iinfo(pixels.dtype).max
     return pixels
-
-
-def height_field(
-    heights_mm: np.ndarray,
-    mm_per_pixel: float,
-    centre_mm: tuple[float, float] = (0.0, 0.0),
-    smoothing_mm: float = 0.0,
-    base_mm: float = 0.0,
-    description: str = "height field given as an array",
-) -> HeightField:
-    """Return the floor through an array of heights, by bicubic splines (twice differentiable).
-
-    Beyond its edges the floor goes on level, at the height of the nearest edge.
-
-    Args:
-        heights_mm: Heights seen from above [mm], (row, column), at least 4 x 4: columns go along x,
-            rows from +y to -y.
-        mm_per_pixel: Distance between neighbours [mm].
-        centre_mm: Where the middle of the array lies, x and y [mm].
-        smoothing_mm: Standard deviation of a Gaussian smoothing [mm].
-        base_mm: Added to every height [mm].
-        description: What it is, in words.
-
-    Raises:
-        ValueError: The array is not of two axes, too small, or not finite.
-    """
-    heights = checked_heights(heights_mm)
-    grid = HeightGrid(smoothed(heights, smoothing_mm / mm_per_pixel), mm_per_pixel, centre_mm)
-    return HeightField(grid.height, grid.gradient, base_mm, description)
 
 
 def smoothed(heights_mm: np.ndarray, deviation: float) -> np.ndarray:

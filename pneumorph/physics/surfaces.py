@@ -10,9 +10,15 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
-SURFACE_NAMES = ("sheet", "skin", "hub")
-"""A leg's underside, all else of it, and what carries it: a robot may touch the floor with some of
-them only, as one of legs that end in their sheets does."""
+SHEET_SURFACE = "sheet"
+"""A leg's underside."""
+SKIN_SURFACE = "skin"
+"""All else of a leg."""
+HUB_SURFACE = "hub"
+"""What carries the legs, where its description says nothing else."""
+SURFACE_NAMES = (SHEET_SURFACE, SKIN_SURFACE, HUB_SURFACE)
+"""A robot may touch the floor with some of them only, as one of legs that end in their sheets
+does."""
 
 
 def names_of_friction(known: Collection[str]) -> set[str]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings, run_tasks
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_ingredients import ingredients
@@ -39,8 +40,6 @@ from pneumorph.reduction.walk_snapshots import (
     walk_plan,
     walk_snapshots,
 )
-
-Progress = Callable[[int, int, str], None]
 
 # Loads of one task: small enough to resume and to share out, large enough to be worth a file.
 _LOADS_PER_TASK = 12
@@ -79,7 +78,7 @@ def collect_snapshots(
     poses: Sequence[Pose],
     settings: SnapshotSettings,
     folder: Path,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
     say: Callable[[str], None] | None = None,
     acting: WalkPhysics | None = None,
 ) -> SnapshotFiles:
@@ -100,9 +99,10 @@ def collect_snapshots(
 
     Raises:
         ArtefactError: The settings ask for no snapshots at all.
+        ValueError: Robots are to walk that the places do not allow.
     """
     problem = _Problem(part, hub, tuple(poses), settings, acting or WalkPhysics())
-    names = _task_names(settings)
+    names = _task_names(settings, len(poses))
     missing = [name for name in names if not _is_there(problem, folder, name)]
     cost = {name: _leg_steps(problem, name) for name in names}
     total = sum(cost.values())
@@ -209,13 +209,13 @@ def sound_files(collected: SnapshotFiles) -> tuple[list[Path], list[str]]:
     return sound, told
 
 
-def _task_names(settings: SnapshotSettings) -> list[str]:
+def _task_names(settings: SnapshotSettings, place_count: int) -> list[str]:
     loads = -(-settings.static.load_count // _LOADS_PER_TASK)
     return [
         "bend",
         *(f"load_{number}" for number in range(loads)),
         *(["blocked"] if settings.blocked.count else []),
-        *(f"walk_{number}" for number in range(settings.walk.robot_count)),
+        *(f"walk_{number}" for number in range(settings.walk.robot_count(place_count))),
     ]
 
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import static_answers
+from pneumorph.fem.static_answers import static_answers
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.reduction.modal_equilibrium import modal_tangent
 from pneumorph.reduction.reduced_part import ReducedPart

@@ -29,13 +29,14 @@ column and one weight, so a mirrored motion of the sampled part is the mirrored 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sparse
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
+from pneumorph.base.progress import ProgressReport
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
@@ -45,9 +46,6 @@ from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, SparseSolution, sparse_nnls
 from pneumorph.reduction.tolerance import Tolerance
-
-Progress = Callable[[int, int, str], None]
-"""Called with steps done, steps in all and a message."""
 
 # Rows gathered before one product with themselves: the matrix of normal equations is large.
 _BLOCK_ROWS = 256
@@ -101,7 +99,7 @@ def ecsw(
     linear_stiffness: np.ndarray | None = None,
     mixed: Sequence[MixedDilatation | MixedSheet] = (),
     relaxing: bool = False,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> EcswResult:
     """Choose elements and weights.
 
@@ -141,7 +139,7 @@ def fitted_columns(
     settings: EcswSettings,
     weights: np.ndarray | None = None,
     limit: int | None = None,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
 ) -> SparseSolution:
     """Choose columns that stand for all, each with a weight of 1.
 

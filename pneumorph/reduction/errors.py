@@ -10,7 +10,7 @@ import scipy.sparse as sparse
 
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import UnstableError
+from pneumorph.fem.static_answers import UnstableError
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.physics.physics import Rotation

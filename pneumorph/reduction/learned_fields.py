@@ -6,11 +6,12 @@ of the weight; so have the tip's answers to small forces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import scipy.sparse as sparse
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.incremental_pod import MIRROR, IncrementalPod
 from pneumorph.reduction.mirror_pairs import mirror_elements, shared_columns
@@ -20,8 +21,6 @@ from pneumorph.reduction.pod import Pod, joint_pod, leading_fields
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshots import SnapshotSet
 from pneumorph.reduction.tip_answers import TipAnswers
-
-Progress = Callable[[int, int, str], None]
 
 WeightedChange = tuple[np.ndarray, np.ndarray, float]
 """Positions (node, 3) before and after a change, and what it is multiplied by to count as it
@@ -109,7 +108,7 @@ def learned_modes(
     metric: sparse.csr_array,
     mirror_nodes: np.ndarray | None,
     settings: ReductionSettings,
-    progress: Progress | None,
+    progress: ProgressReport | None,
 ) -> Pod:
     """Modes of the training snapshots and the tip's answers, each kind with its share of the
     weight."""

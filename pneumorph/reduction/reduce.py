@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import scipy.sparse as sparse
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import assemble_reduced_part, sampled_groups
@@ -25,7 +26,6 @@ from pneumorph.reduction.errors import (
     nearest_states,
 )
 from pneumorph.reduction.learned_fields import (
-    Progress,
     WeightedChange,
     evenly,
     learned_modes,
@@ -52,7 +52,7 @@ def reduce_part(
     part: PartModel,
     snapshots: SnapshotSet,
     settings: ReductionSettings | None = None,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
     *,
     report_pressure_kPa: float = USUAL_REPORT_KPA,
     mount_stiffness: np.ndarray | None = None,
@@ -111,7 +111,7 @@ class _Asked:
     training: np.ndarray
     heldout: np.ndarray
     clock: StageTimes
-    progress: Progress | None
+    progress: ProgressReport | None
 
     @property
     def mirror_nodes(self) -> np.ndarray | None:

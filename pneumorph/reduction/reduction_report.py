@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from pneumorph.reduction.learned_fields import Progress
+from pneumorph.base.progress import ProgressReport
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class StageTimes:
         progress: Called with each stage's name as it starts.
     """
 
-    def __init__(self, progress: Progress | None) -> None:
+    def __init__(self, progress: ProgressReport | None) -> None:
         self.seconds: dict[str, float] = {}
         """[s]"""
         self._progress = progress

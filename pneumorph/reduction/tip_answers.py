@@ -14,7 +14,7 @@ import numpy as np
 
 from pneumorph.fem.cavity import Pressure
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import UnstableError, static_answers
+from pneumorph.fem.static_answers import UnstableError, static_answers
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.blocked_force import even_load

@@ -8,7 +8,7 @@ common frame. What the paper leaves open is decided here:
 - Corners follow the reflected Gray code, so that one leg changes at a time, from the settled robot
   with all legs slack through every corner and back to the first; legs in the order of their places.
 - A corner is held for 1 s: 16 corners of four legs then last the 16 s of the prescribed animations.
-- The empty subset has no leg to record, so 255 robots walk.
+- The empty subset has no leg to record, so 255 robots walk; 2^n - 1 of a hub of n places.
 - The common frame is the leg's own, carried by the hub; the published one stays where it was at the
   start, and holds for small turns only (`reproduce/frame`).
 """
@@ -34,8 +34,9 @@ from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
 
-# Places on the paper's hub, of which "all" robots are the subsets.
-_PLACE_COUNT = 8
+_MOST_PLACES = 10
+"""Of a hub whose every subset walks: with each further place a tour of all corners takes more than
+three times as long, days on one processor with the paper's eight."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class WalkSnapshotSettings(Checked):
 
     robots: Literal["drawn", "all"] = "drawn"
     """`drawn`: robots with as many legs as --snapshots.walk.leg-counts says, at drawn places.
-    `all`: one robot for each subset of the eight places, except the empty one."""
+    `all`: one robot for each subset of the hub's places, except the empty one."""
     leg_counts: tuple[Count, ...] = (2, 3, 4, 4, 5, 6)
     """Number of legs of each drawn robot."""
     corner_limit: Count | None = 8
@@ -67,10 +68,24 @@ class WalkSnapshotSettings(Checked):
     seed: CountOrNone = 0
     """Seed of places and orders."""
 
-    @property
-    def robot_count(self) -> int:
-        """Number of robots that walk."""
-        return 2**_PLACE_COUNT - 1 if self.robots == "all" else len(self.leg_counts)
+    def robot_count(self, place_count: int) -> int:
+        """Number of robots that walk.
+
+        Args:
+            place_count: Places for legs on their hub.
+
+        Raises:
+            ValueError: Every subset is to walk, of more places than can be waited for.
+        """
+        if self.robots == "drawn":
+            return len(self.leg_counts)
+        if place_count > _MOST_PLACES:
+            raise ValueError(
+                f"robots 'all' are the {2**place_count - 1} subsets of {place_count} places, "
+                f"expected at most {_MOST_PLACES} places: they would walk for days; let robots "
+                "with legs at drawn places walk instead (snapshots.walk.robots drawn)"
+            )
+        return 2**place_count - 1
 
 
 @dataclass(frozen=True)
@@ -118,10 +133,6 @@ def walk_plan(settings: WalkSnapshotSettings, number: int, place_count: int) -> 
         ValueError: More legs than places.
     """
     if settings.robots == "all":
-        if place_count != _PLACE_COUNT:
-            raise ValueError(
-                f"robots 'all' are the subsets of {_PLACE_COUNT} places, got {place_count} places"
-            )
         places = np.flatnonzero(((number + 1) >> np.arange(place_count)) & 1)
         order = np.arange(len(places))
     else:
@@ -195,7 +206,7 @@ def leg_step_seconds(
 
     The middle robot of the settings lands and inflates.
     """
-    numbers = range(settings.robot_count)
+    numbers = range(settings.robot_count(len(poses)))
     plans = [walk_plan(settings, number, len(poses)) for number in numbers]
     plan = sorted(plans, key=lambda each: len(each.places))[len(plans) // 2]
     robot = walking_robot(part, hub, poses, settings, plan, acting)

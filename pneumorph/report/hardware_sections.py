@@ -23,8 +23,8 @@ from pneumorph.report.scene import Actor
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.trial_figures import trials_figure
 from pneumorph.report.walk_figures import step_figure
-from pneumorph.study.deployed_gait import BENDS_FILE, DeployedGait
 from pneumorph.study.deployed_robot import whole_trials
+from pneumorph.study.deployment_result import BENDS_FILE, DeployedGait
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import FittedCalibration
 from pneumorph.study.fitted_valves import NORMAL_95

@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.report.style import figure_style
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def page_style() -> str:
 
 def write_html(path: Path | str, text: str) -> Path:
     """Write a page."""
-    return write_atomically(path, lambda stream: stream.write(text.encode()))
+    return write_text(path, text)
 
 
 def paragraph(text: str, kind: str = "") -> str:

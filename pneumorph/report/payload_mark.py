@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from pneumorph.geometry.robot_shape import RobotShape
+from pneumorph.geometry.triangle_distance import nearest_point
 
 _OF_HUB, _LEAST_MM = 0.05, 4.0
 """Radius of the ball relative to the hub's longest side, and at least [mm]."""
@@ -85,33 +86,13 @@ def payload_mark(
     if not len(hub_triangles):
         return PayloadMark(place, place, _LEAST_MM)
     longest = float(np.ptp(hub_nodes_mm, axis=0).max())
-    foot = _nearest_point(place, hub_nodes_mm[hub_triangles])
+    foot = nearest_point(place, hub_nodes_mm[hub_triangles])
     return PayloadMark(place, foot, max(_LEAST_MM, _OF_HUB * longest))
 
 
 def payload_mark_of(shape: RobotShape) -> PayloadMark | None:
     """Return the mark of what a recorded robot carries; None where it carries nothing."""
     return payload_mark(shape.payload_mm, shape.hub_nodes_mm, shape.hub_triangles)
-
-
-def _nearest_point(point: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Point of triangles (triangle, 3, 3) that is nearest to a point, (3,) [mm]."""
-    corners = triangles.astype(float) - point
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(first, second)
-    square = np.maximum(np.einsum("ti,ti->t", normal, normal), 1e-12)
-    # The foot on the plane, by barycentric coordinates of the two last corners.
-    u = np.einsum("ti,ti->t", np.cross(-corners[:, 0], second), normal) / square
-    v = np.einsum("ti,ti->t", np.cross(first, -corners[:, 0]), normal) / square
-    inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
-    feet = [(corners[:, 0] + u[:, None] * first + v[:, None] * second)[inside]]
-    for begin, end in ((0, 1), (1, 2), (2, 0)):
-        edge = corners[:, end] - corners[:, begin]
-        long = np.maximum(np.einsum("ti,ti->t", edge, edge), 1e-12)
-        along = np.clip(-np.einsum("ti,ti->t", corners[:, begin], edge) / long, 0.0, 1.0)
-        feet.append(corners[:, begin] + along[:, None] * edge)
-    every = np.concatenate(feet)
-    return np.asarray(point + every[np.argmin(np.einsum("ti,ti->t", every, every))])
 
 
 def _ball() -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Protocol, get_args, runtime_checkable
 
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.leg_kinds import leg_kind
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics

@@ -47,7 +47,7 @@ from pneumorph.study.built_catalogue import Catalogue
 from pneumorph.study.campaign import Campaign
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.comparison import Comparison
-from pneumorph.study.deployed_gait import DeployedGait
+from pneumorph.study.deployment_result import DeployedGait
 from pneumorph.study.engine_benchmark import EngineSpeed
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun

@@ -177,7 +177,8 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0, goal: Goal = FORW
     about the forward axis (left side up), pitch about the axis to the left (front down); a leg's
     height is that of its lowest node above the floor straight below it, and its load is what the
     floor presses up with, where that was recorded. Legs touch the floor with their contact points;
-    a node between them may sag below it. Where the floor is not known, heights are above the lowest
+    a node between them may sag below it, and where points give way under load, which nodes do not
+    show, it lies up to 2 mm below. Where the floor is not known, heights are above the lowest
     of all nodes in the recording.
 
     Args:

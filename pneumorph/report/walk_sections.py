@@ -159,7 +159,8 @@ def _gait_sections(
         cycle_figure(walked, goal=goal),
         f"The last whole 4 s of the robot called {name}: pressures, tilt of the hub, how high "
         "each leg's lowest node is (over the floor it is below zero where the leg sags between its "
-        f"contact points), what the floor bears of it where that was recorded, and {goal.label}.",
+        "contact points, and by up to 2 mm where these give way under load, which drawn nodes do "
+        f"not show), what the floor bears of it where that was recorded, and {goal.label}.",
     )
     return [
         *sections, Section(_titled("Step by step", group), page.side_by_side(steps, cycle)),

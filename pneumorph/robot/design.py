@@ -18,11 +18,13 @@ import numpy as np
 
 MINIMUM_LEGS = 3
 """Fewest legs of a crawling design (paper, section III-B)."""
-BASELINE_DESIGN = "1.0.0.2.2.0.0.1"
-"""Two fore legs on regulator 1 and two hind legs on regulator 2 (paper, section IV)."""
-
 
 _ENTRY = re.compile(r"([a-z]?)([0-9]+(?:\+[0-9]+)*)", re.ASCII)
+
+
+def module_letter(kind: int) -> str:
+    """The letter of a kind of modules: ``a`` for number 0, ``b`` for 1."""
+    return chr(ord("a") + kind)
 
 
 class Fitting(NamedTuple):
@@ -40,7 +42,7 @@ class Fitting(NamedTuple):
     @property
     def letter(self) -> str:
         """Of its kind; empty for the first."""
-        return chr(ord("a") + self.module) if self.module else ""
+        return module_letter(self.module) if self.module else ""
 
 
 @dataclass(frozen=True, order=True)
@@ -278,7 +280,7 @@ class Design:
         block[:, 0] = 1.0
         for location, module, regulators in self.fittings:
             if module >= module_count:
-                letter, last = (chr(ord("a") + each) for each in (module, module_count - 1))
+                letter, last = module_letter(module), module_letter(module_count - 1)
                 kinds = "a, the only kind" if module_count == 1 else f"a to {last}"
                 raise ValueError(
                     f"design {self} has a leg of kind {letter} at location {location}, expected "

@@ -19,9 +19,10 @@ from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.regulator_lag import RegulatorLag
 from pneumorph.simulation.stepper_settings import StepperSettings
+from pneumorph.simulation.told_readings import ToldReadings
 
 
-class RandomisedSimulator:
+class RandomisedSimulator(ToldReadings):
     """A `CrawlingSimulator` whose robots live in different worlds.
 
     Robot i belongs to world i modulo the number of worlds. `redraw` draws new worlds; the worlds
@@ -98,40 +99,9 @@ class RandomisedSimulator:
         """Hold a command [real kPa], (robot, regulator), for some time steps."""
         self._lagging.advance(command_kPa, step_count, active)
 
-    @property
-    def forward_position_mm(self) -> np.ndarray:
-        """How far forward each robot's tracked point is [mm], (robot,)."""
-        return self._lagging.forward_position_mm
-
-    @property
-    def left_position_mm(self) -> np.ndarray:
-        """As `BatchedSimulator.left_position_mm` has it, (robot,)."""
-        return self._lagging.left_position_mm
-
-    @property
-    def heading_deg(self) -> np.ndarray:
-        """As `BatchedSimulator.heading_deg` has it, (robot,)."""
-        return self._lagging.heading_deg
-
-    @property
-    def status(self) -> np.ndarray:
-        """Status of each robot, (robot,) uint8."""
-        return self._lagging.status
-
-    @property
-    def range_ratio(self) -> np.ndarray:
-        """As `BatchedSimulator.range_ratio` has it, (robot,)."""
-        return self._lagging.range_ratio
-
-    @property
-    def hub_load_share(self) -> np.ndarray:
-        """As `BatchedSimulator.hub_load_share` has it, (robot,)."""
-        return self._lagging.hub_load_share
-
-    @property
-    def tilt_deg(self) -> np.ndarray:
-        """As `BatchedSimulator.tilt_deg` has it, (robot,)."""
-        return self._lagging.tilt_deg
+    def _told(self, name: str) -> np.ndarray:
+        reading: np.ndarray = getattr(self._lagging, name)
+        return reading
 
     @property
     def _lagging(self) -> LaggingSimulator:
@@ -154,7 +124,7 @@ def worlds_of_round(
     return [randomisation.draw(rng) for _ in range(count)]
 
 
-class LaggingSimulator:
+class LaggingSimulator(ToldReadings):
     """A simulator whose regulators lag, each robot's as its world has it (`RegulatorLag`)."""
 
     def __init__(self, simulator: BatchedSimulator, worlds: Sequence[World]) -> None:
@@ -209,40 +179,9 @@ class LaggingSimulator:
             return np.ones(len(self._worlds), dtype=bool)
         return np.asarray(active, dtype=bool)
 
-    @property
-    def forward_position_mm(self) -> np.ndarray:
-        """How far forward each robot's tracked point is [mm], (robot,)."""
-        return self.simulator.forward_position_mm
-
-    @property
-    def left_position_mm(self) -> np.ndarray:
-        """As `BatchedSimulator.left_position_mm` has it, (robot,)."""
-        return self.simulator.left_position_mm
-
-    @property
-    def heading_deg(self) -> np.ndarray:
-        """As `BatchedSimulator.heading_deg` has it, (robot,)."""
-        return self.simulator.heading_deg
-
-    @property
-    def status(self) -> np.ndarray:
-        """Status of each robot, (robot,) uint8."""
-        return self.simulator.status
-
-    @property
-    def range_ratio(self) -> np.ndarray:
-        """As `BatchedSimulator.range_ratio` has it, (robot,)."""
-        return self.simulator.range_ratio
-
-    @property
-    def hub_load_share(self) -> np.ndarray:
-        """As `BatchedSimulator.hub_load_share` has it, (robot,)."""
-        return self.simulator.hub_load_share
-
-    @property
-    def tilt_deg(self) -> np.ndarray:
-        """As `BatchedSimulator.tilt_deg` has it, (robot,)."""
-        return self.simulator.tilt_deg
+    def _told(self, name: str) -> np.ndarray:
+        reading: np.ndarray = getattr(self.simulator, name)
+        return reading
 
 
 def simulator_in_worlds(

@@ -26,23 +26,13 @@ from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import LaggingSimulator, simulator_in_worlds
 from pneumorph.simulation.stepper_settings import StepperSettings
-
-_TOLD = (
-    "forward_position_mm",
-    "left_position_mm",
-    "heading_deg",
-    "status",
-    "range_ratio",
-    "hub_load_share",
-    "tilt_deg",
-)
-"""What a worker answers with, each (robot,)."""
+from pneumorph.simulation.told_readings import TOLD, ToldReadings
 
 Call = tuple[str, tuple[Any, ...]]
 """Name and arguments of a worker's method."""
 
 
-class SharedSimulator:
+class SharedSimulator(ToldReadings):
     """A `CrawlingSimulator` whose robots are on Ray's workers.
 
     Args:
@@ -136,40 +126,8 @@ class SharedSimulator:
         moving = np.ones(len(command), bool) if active is None else np.asarray(active, bool)
         self._answer([("advance", (command[own], step_count, moving[own])) for own in self._slices])
 
-    @property
-    def forward_position_mm(self) -> np.ndarray:
-        """How far forward each robot's tracked point is [mm], (robot,)."""
-        return self._told["forward_position_mm"]
-
-    @property
-    def left_position_mm(self) -> np.ndarray:
-        """As `BatchedSimulator.left_position_mm` has it, (robot,)."""
-        return self._told["left_position_mm"]
-
-    @property
-    def heading_deg(self) -> np.ndarray:
-        """As `BatchedSimulator.heading_deg` has it, (robot,)."""
-        return self._told["heading_deg"]
-
-    @property
-    def status(self) -> np.ndarray:
-        """Status of each robot, (robot,) uint8."""
-        return self._told["status"]
-
-    @property
-    def range_ratio(self) -> np.ndarray:
-        """As `BatchedSimulator.range_ratio` has it, (robot,)."""
-        return self._told["range_ratio"]
-
-    @property
-    def hub_load_share(self) -> np.ndarray:
-        """As `BatchedSimulator.hub_load_share` has it, (robot,)."""
-        return self._told["hub_load_share"]
-
-    @property
-    def tilt_deg(self) -> np.ndarray:
-        """As `BatchedSimulator.tilt_deg` has it, (robot,)."""
-        return self._told["tilt_deg"]
+    def _told(self, name: str) -> np.ndarray:
+        return self._readings[name]
 
     def _answer_of(self, method: str, active: np.ndarray | None) -> None:
         """Call a method of some robots, (robot,) bool; None for all."""
@@ -182,7 +140,7 @@ class SharedSimulator:
         for worker, call in zip(workers, calls, strict=True):
             worker.begin(call, afresh)
         told = [worker.end() for worker in workers]
-        self._told = {name: np.concatenate([each[name] for each in told]) for name in _TOLD}
+        self._readings = {name: np.concatenate([each[name] for each in told]) for name in TOLD}
 
 
 class _Remote:
@@ -287,4 +245,4 @@ class _Worker:
         return self._told()
 
     def _told(self) -> dict[str, np.ndarray]:
-        return {name: np.array(getattr(self._simulator, name)) for name in _TOLD}
+        return {name: np.array(getattr(self._simulator, name)) for name in TOLD}

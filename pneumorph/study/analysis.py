@@ -97,10 +97,15 @@ class AnalysedLeg:
     angle_deg: float
     """Where it points on the robot, from its front to its left [degrees]."""
     mean_load_mN: float
+    """What the floor bears of it [mN]."""
     used_share: float
+    """Share of the friction that its load allows that it uses, 0 to 1."""
     slipping_share: float
+    """Share of the load on points that slip."""
     at_limit_share: float
+    """Share of the load that was carried while the whole leg slid."""
     in_air_share: float
+    """Share of the time without load."""
     regulators: tuple[int, ...] = ()
     """One for all of its chambers or one for each; none in files of earlier versions."""
 
@@ -118,21 +123,25 @@ class AnalysedRobot:
     status: str
     distance_cm: float | None
     step_rewards: tuple[float, ...] | None = field(metadata=in_cm("step_rewards_cm"))
-    """What of the goal is achieved in each action's time [its unit]."""
+    """What of the goal is achieved in each action's time [its unit], (action,)."""
     cycle_slides: tuple[float, ...] | None = field(metadata=in_cm("cycle_slides_cm"))
-    """Furthest slide back from it within each cycle."""
+    """Furthest slide back from it within each cycle [the goal's unit], (cycle,)."""
     backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
     """Their mean."""
     roll_range_deg: tuple[float, float]
+    """Least and largest roll, left side up [degrees]."""
     pitch_range_deg: tuple[float, float]
+    """Least and largest pitch, front down [degrees]."""
     mean_contact_count: float
+    """Contact points that took part in the contact solve."""
     legs: tuple[AnalysedLeg, ...]
     hub_load_share: float
     """Share of the robot's weight that the floor bears through its hub, in the mean: what of the
     weight the legs do not bear in the recorded frames. These are a sample, and the robot's momentum
     is another at the end, so a hub that never touches has a few thousandths more or less than 0."""
     over_friction: tuple[float, ...] = field(metadata=in_cm("distances_over_friction_cm"))
-    """What of the goal is achieved at each friction; NaN where the simulation failed."""
+    """What of the goal is achieved at each of the `frictions` [its unit], (friction,); NaN where
+    the simulation failed."""
     range_ratio: float | None = None
     """How far any leg went relative to the furthest snapshot it was reduced from; None where that
     is not known."""

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.open_loop_gait import OpenLoopGait
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 
 HIGH_KPA = 90.0
 """Real pressure of an inflated leg; it stands for 347 simulated kPa [kPa]."""

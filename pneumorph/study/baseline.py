@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass, replace
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
@@ -14,7 +15,7 @@ from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_pha
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.toppled_note import walk_notes
 from pneumorph.trajectory import Trajectory
@@ -33,9 +34,9 @@ class BestPhase:
     baseline_best_phase_deg: float
     phases_deg: tuple[float, ...]
     distances_cm: tuple[float, ...]
-    """NaN where the simulation failed."""
+    """Forward [cm], (phase,); NaN where the simulation failed."""
     backsliding_cm: tuple[float, ...] = ()
-    """Mean slide back in a cycle; empty in runs of an earlier version."""
+    """Mean slide back in a cycle [cm], (phase,); empty in runs of an earlier version."""
     goal: Goal = FORWARD
     """What the phase is tuned for; distances are forward whatever it is."""
     baseline_best_achieved: float | None = None

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.catalogue.bench_tests import BENCH_TESTS, BEND_TEST_KPA, BenchTest
 from pneumorph.catalogue.measured_worlds import UNCERTAINTIES
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -57,7 +57,7 @@ def write_bench_readings(path: Path | str, readings: Mapping[str, Iterable[float
     """Write a table that `read_bench_readings` reads."""
     lines = [",".join(COLUMNS)]
     lines += [f"{name},{value:.6g}" for name, values in readings.items() for value in values]
-    return write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+    return write_text(path, "\n".join(lines) + "\n")
 
 
 def bench_test(name: str, where: str = "") -> BenchTest:

@@ -47,6 +47,16 @@ def highest_pressure_kPa(
     return lowest
 
 
+def brought_expert(
+    content: Mapping[str, Any], below: Mapping[str, Any], described: RobotDescription | None
+) -> dict[str, Any]:
+    """Settings of the expert's gait that a layer of settings brings. Arguments as of
+    `highest_pressure_kPa`."""
+    expert = _expert(described, highest_pressure_kPa(content, below, described))
+    count = asked_regulators(content, below)
+    return expert if count is None else {**expert, "regulator_count": count}
+
+
 def brought_gait(
     content: Mapping[str, Any],
     below: Mapping[str, Any],
@@ -69,9 +79,7 @@ def brought_gait(
     if robot is not None and (gait is None or names_no_design(gait)):
         brought["design"] = robot.usual_design
     if gait is None:
-        brought["expert"] = _expert(robot, highest_pressure_kPa(content, below, robot))
-        if (count := asked_regulators(content, below)) is not None:
-            brought["expert"]["regulator_count"] = count
+        brought["expert"] = brought_expert(content, below, robot)
     elif named is not None:  # what a robot brought to the expert's gait was not asked for
         brought["expert"] = _usual_again(below.get("robot", {}), expert_below)
     return brought

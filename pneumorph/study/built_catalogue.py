@@ -12,7 +12,7 @@ from pneumorph.base.executor import ExecutorSettings, WorkerError
 from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.built_module import SHIPPED_MODULES, BuiltModule
-from pneumorph.catalogue.paper_leg import LegName
+from pneumorph.catalogue.leg_kinds import LegName
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study.made_mesh import MESH_FILE, make_mesh
 from pneumorph.study.module_catalogue import ParametricModule

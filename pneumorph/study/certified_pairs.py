@@ -33,7 +33,9 @@ class Band:
     """90th percentile."""
     mean: float = field(metadata=in_cm("mean_cm"))
     deviation: float = field(metadata=in_cm("deviation_cm"))
+    """Standard deviation over the worlds."""
     failed_count: int
+    """Worlds in which the simulation failed."""
 
     @classmethod
     def of(cls, achieved: np.ndarray) -> Band:
@@ -86,7 +88,8 @@ class CertifiedPair:
     """Share of the worlds in which it achieves more than the expert's robot does there; never where
     its own simulation failed."""
     promised: float | None = field(metadata=in_cm("promised_cm"))
-    """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
+    """What the run said of it [the goal's unit]: where it ranked pairs over worlds the mean there,
+    otherwise what it reported."""
     optimism: float | None = field(metadata=in_cm("optimism_cm"))
     """The same less the mean over unseen worlds that are drawn as the training's were: what
     choosing the best made of it and, of a run that did not rank over worlds, also how much harder
@@ -94,8 +97,8 @@ class CertifiedPair:
     optimism_error: float | None = field(
         default=None, metadata=in_cm("optimism_error_cm"), kw_only=True
     )
-    """Standard error of that, as both means are over so many worlds; None where what the run
-    reported is of one world, and in files of earlier versions."""
+    """Standard error of that [the goal's unit], as both means are over so many worlds; None where
+    what the run reported is of one world, and in files of earlier versions."""
     hub_load_share: float
     """Share of the weight that the floor bears through the hub, in the world as it stands."""
     backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
@@ -145,12 +148,14 @@ class Certificate:
     that ranked in one world, that with the largest mean over worlds drawn to choose in."""
     best_design: str
     median: float = field(metadata=in_cm("median_cm"))
-    """Of what the best pair achieves of the goal [its unit]."""
+    """Of what the best pair achieves of the goal [its unit], as the next two."""
     tenth_percentile: float = field(metadata=in_cm("tenth_percentile_cm"))
     ninetieth_percentile: float = field(metadata=in_cm("ninetieth_percentile_cm"))
     expert_median: float = field(metadata=in_cm("expert_median_cm"))
     share_beyond_expert: float
+    """As of the best pair, 0 to 1."""
     optimism: float | None = field(metadata=in_cm("optimism_cm"))
+    """As of the best pair [the goal's unit]."""
     measure_next: str | None
     """The test that would narrow the best pair's band most; of some that do as much as nine tenths
     of that, the quickest. None where none does more than chance may."""
@@ -162,15 +167,18 @@ class Certificate:
     distributions: dict[str, Any]
     """What the worlds were drawn from."""
     numbers: dict[str, tuple[float, ...]]
-    """What differed, by name and world."""
+    """What differed, by name, (world,) each; names that end in a unit are in it, others are
+    factors and coefficients."""
     achieved: tuple[tuple[float, ...], ...] = field(metadata=in_cm("distances_cm"))
-    """By the expert and then each pair, (world, robot); NaN where a simulation failed."""
+    """By the expert and then each pair [the goal's unit], (world, robot); NaN where a simulation
+    failed."""
     damping: str
     calibration: UsedCalibration
     leg: PartsSummary
     physics: Physics
     notes: tuple[str, ...]
     wall_s: float
+    """Wall time of all [s]."""
     reduction_digests: dict[str, str] = field(default_factory=dict)
     """Of the other reductions that worlds may have, by their files."""
     chance_narrowing: float | None = field(default=None, metadata=in_cm("chance_narrowing_cm"))

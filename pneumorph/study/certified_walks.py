@@ -16,14 +16,11 @@ from pneumorph.base.progress import Progress
 from pneumorph.base.result import finite, in_cm
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.robot_identity import full_identity, mounting_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.fem.time_integration import StepError
-from pneumorph.physics.ground import Ground
 from pneumorph.physics.open_loop_gait import ChangedGait, OpenLoopGait, commands_of
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
@@ -31,6 +28,7 @@ from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.regulator_lag import lagging_commands
 from pneumorph.study.analysis import Walker
+from pneumorph.study.full_order_identity import certified_walk_identity
 from pneumorph.study.full_order_store import rollout_identity
 
 COMPRESSION = 3e-4
@@ -166,7 +164,8 @@ def full_order_identity(spec: RobotSpec, walker: Walker) -> str:
     """Digest of all that decides how a pair walks as finite elements in the world as it stands."""
     step_s, count = spec.physics.time_step_s, spec.physics.regulator_count
     commands = commands_of(walker.gait, step_s, count)
-    return rollout_identity(_made_of(spec, walker, None), commands)
+    made_of = certified_walk_identity(spec, walker.design, walker.settling_steps, None)
+    return rollout_identity(made_of, commands)
 
 
 def full_order_walks(
@@ -243,7 +242,7 @@ class _AskedWalk:
             own = spec.in_world(world)
             gait = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
         commands = commands_of(gait, spec.physics.time_step_s, spec.physics.regulator_count)
-        made_of = _made_of(spec, walker, world)
+        made_of = certified_walk_identity(spec, walker.design, walker.settling_steps, world)
         if not goal.is_forward:  # kept walks say what was achieved of it, not how they went
             made_of["goal"] = settings_to_dict(goal)
         file = folder / f"full_order/{rollout_identity(made_of, commands)[:16]}.json"
@@ -337,30 +336,3 @@ def _ended(
     if reason is not None:
         told["reason"] = reason
     return {"status": status, "distance_cm": distance_cm, **told, "wall_s": wall_s}
-
-
-def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:
-    """What a walk depends on but for its commands. Reductions are none of it, and threads change no
-    bit."""
-    full_order, physics = spec.full_order.by_name(), settings_to_dict(spec.physics)
-    del full_order["thread_count"]
-    if spec.physics.ground == Ground():  # as walks were kept before there were others
-        del physics["ground"]
-    if spec.physics.start.is_usual:  # likewise
-        del physics["start"]
-    return {
-        "design": str(walker.design),
-        "physics": physics,
-        "full_order": full_order,
-        "modules": [
-            [ingredients(module.full), module.full.mesh.digest()] for module in spec.modules
-        ],
-        **full_identity(spec),
-        "hub": [spec.hub_model, *spec.hub.mass_numbers()],
-        "height_map": settings_to_dict(spec.physics.ground.map),
-        **spec.physics.ground.file_identity(),
-        "mounting_angle_deg": spec.mounting_angle_deg,
-        "settling_steps": walker.settling_steps,
-        "world": None if world is None else world.of_full_order(),
-        **mounting_identity(spec, [world] if world else []),
-    }

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
@@ -119,12 +119,16 @@ class Comparison:
     leg: PartsSummary
     bend_error_percent: float
     bend_pressures_kPa: tuple[float, ...]
+    """Simulated pressures of the bends that follow [kPa], (pressure,)."""
     bend_full_deg: tuple[float, ...]
     bend_reduced_deg: tuple[float, ...]
     full_hub: str
+    """Model of the full robot's hub."""
     damping: str
     duration_s: float
+    """Length of the walks [s]."""
     wall_s: float
+    """Wall time of all [s]."""
     calibration: UsedCalibration | None = None
     animations: dict[str, RobotError] = field(default_factory=dict)
     """Errors of the paper's test animations by their names."""
@@ -139,6 +143,7 @@ class Comparison:
     time_ratio: float | None = None
     """How many times as fast a step of the reduced robot is, each on one thread."""
     full_s_per_step: float | None = None
+    """Wall time of such a step of either robot [s]."""
     reduced_s_per_step: float | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
@@ -298,8 +303,7 @@ def _bent(robot: RobotSpec, settings: ComparisonSettings, folder: RunFolder) -> 
         bend = bend_of_report(module.reduced, module.full.mesh, settings.bend_limit_kPa, rotation)
     rows = zip(bend.pressure_kPa, bend.full_deg, bend.reduced_deg, strict=True)
     lines = ["simulated_kPa,full_deg,reduced_deg", *(f"{p:g},{f:.4f},{r:.4f}" for p, f, r in rows)]
-    text = ("\n".join(lines) + "\n").encode()
-    write_atomically(folder / "bend.csv", lambda stream: stream.write(text))
+    write_text(folder / "bend.csv", "\n".join(lines) + "\n")
     return bend
 
 

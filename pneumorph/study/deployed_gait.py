@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
-from pneumorph.base.checked import Checked, Count
-from pneumorph.base.layers import changed_flags
+from pneumorph.base.artefact import write_text
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_lowered_pressure
 from pneumorph.environment.goal import FORWARD, Goal
-from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.vented_gait import VentedGait
-from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.deployment import DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog
 from pneumorph.hardware.driver import (
@@ -41,135 +36,14 @@ from pneumorph.hardware.open_driver import open_driver
 from pneumorph.hardware.rig import Channel, RigSettings, load_rig
 from pneumorph.hardware.schedule import Schedule, plan_schedule, skipped_note
 from pneumorph.hardware.trial import LOG_FILE, SCHEDULE_FILE
-from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.hardware.watch import PressureWatch
-from pneumorph.physics.calibration import UsedCalibration
-from pneumorph.physics.physics import Physics
-from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
+from pneumorph.study.deployment_result import BENDS_FILE, DeployedGait, TrialOutcome
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.gait_source import bending_map, find_gait
-from pneumorph.study.recorded_walk import Model
 from pneumorph.study.robot_at_rig import calibrated, with_air
 from pneumorph.study.virtual_reality import VirtualReality
-
-BENDS_FILE = "bends.csv"
-
-
-@dataclass(frozen=True)
-class DeploymentSettings(Checked):
-    """Which gait, on which rig, and how often."""
-
-    rank: Count = 1
-    """Which of the run's best pairs to drive: 1 is the best."""
-    design: str | None = None
-    """Design that walks, if the gait file does not name one."""
-    trials: Count = 5
-    """Number of trials."""
-    dry_run: bool = False
-    """Only print the schedule and command nothing."""
-    bend_test: bool = False
-    """Measure the bend of one leg against pressure instead of driving a gait."""
-    rig: Path | None = None
-    """File that describes the rig (JSON or TOML, docs/hardware.md); by default a virtual rig."""
-    model: Model = "full"
-    """Model of the virtual rig's robot: finite elements (many minutes per trial), or reduced
-    (seconds)."""
-    virtual: VirtualRigSettings = field(default_factory=VirtualRigSettings)
-    bends: BendTestSettings = field(default_factory=BendTestSettings)
-    expert: ExpertGait = field(default_factory=ExpertGait)
-
-    def refuse_unused(self, driver: str) -> None:
-        """Refuse options that this deployment would not look at.
-
-        Args:
-            driver: Of the rig.
-
-        Raises:
-            ValueError: There is one; names its flag and what it is for.
-        """
-        uses = {} if self.bend_test else {"--bends.": "with --bend-test"}
-        if driver != "virtual":
-            real = f"with a virtual rig only, and {self.rig} has the driver {driver!r}"
-            uses |= {"--virtual.": real, "--model": real, "--bends.repeats": real}
-        elif self.bend_test:
-            uses["--trials"] = "without --bend-test, of which a virtual rig makes one"
-        for flag in changed_flags(DeploymentSettings(), self):
-            for begin, use in uses.items():
-                if flag.startswith(begin):
-                    raise ValueError(f"{flag} is given, expected it {use}: it would be ignored")
-
-    def refuse_source_of_bend_test(self, source: Path | None) -> None:
-        """Raise ValueError where a bend test is asked for together with a gait."""
-        if self.bend_test and source is not None:
-            raise ValueError(
-                f"source is {source}, expected none with --bend-test: it climbs a staircase "
-                "of its own (--bends.highest-kPa, --bends.step-kPa)"
-            )
-
-
-@dataclass(frozen=True)
-class TrialOutcome(DeploymentReport):
-    """How one trial went."""
-
-    trial: str
-    """Its folder."""
-    distance_cm: float | None = None
-    """Forward travel of the marker; None on a real rig, whose track comes later, and of a trial
-    that was stopped before it moved."""
-    turned_deg: float | None = None
-    """Its turn to the left, whole circles counted; None likewise."""
-    achieved: float | None = None
-    """What of the gait's goal was achieved [its unit]; None likewise."""
-    range_ratio: float | None = None
-    """How far a leg of the virtual rig's reduced robot went relative to its furthest snapshot; None
-    where that is not known."""
-
-
-@dataclass(frozen=True)
-class DeployedGait:
-    """What was commanded, and how it went; what a dry run or a bend test lacks stays None."""
-
-    gait: str
-    """Where the gait is from."""
-    driver: str
-    rig: dict[str, Any]
-    duration_s: float
-    command_count: int
-    damping: str
-    calibration: UsedCalibration
-    wall_s: float = 0.0
-    design: str | None = None
-    """None of a bend test."""
-    highest_meant_kPa: float | None = None
-    """What the gait asks for with this calibration, where that is beyond the limit."""
-    cut_off_at_kPa: float | None = None
-    """And that limit: of the channel that it exceeds most, or of what any gait may command."""
-    schedule: tuple[str, ...] = ()
-    """What a dry run would have commanded, line by line."""
-    model: str | None = None
-    """Robot behind a virtual rig."""
-    virtual_seed: int | None = None
-    leg: PartsSummary | None = None
-    """Its reduced leg."""
-    bends: str | None = None
-    """File of a bend test's measurements."""
-    measurement_count: int | None = None
-    trials: tuple[TrialOutcome, ...] = ()
-    mean_distance_cm: float | None = None
-    spread_cm: float | None = None
-    """Standard deviation over trials; None of a single one."""
-    goal: Goal | None = None
-    """What the gait was made for: forward where it is from a file of its own."""
-    learned_for: str | None = None
-    """Task of one's own that the gait was learned for; None for one of the package's."""
-    mean_achieved: float | None = None
-    """Mean over trials of what of the goal was achieved [its unit]."""
-    physics: Physics | None = None
-    """What the robots were simulated in; None in files of earlier versions."""
-    mass: RobotMass | None = None
-    """What they weigh; None in files of earlier versions."""
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,7 +197,7 @@ def _bend_test(reality: VirtualReality, planned: DeployedGait, plan: _Plan) -> D
     lines = ["pressure_kPa,bend_deg"]
     lines += [f"{p:.6g},{b:.4f}" for p, b in zip(pressures, measured, strict=True)]
     text = "\n".join(lines) + "\n"
-    path = write_atomically(plan.folder / BENDS_FILE, lambda stream: stream.write(text.encode()))
+    path = write_text(plan.folder / BENDS_FILE, text)
     return replace(
         planned, model=plan.settings.model, bends=str(path), measurement_count=len(measured)
     )

@@ -17,6 +17,9 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 
+_PRODUCT_SIZE, _PRODUCT_COUNT = 768, 12
+"""Rows of the square matrices of a timed product, and how many products are timed together."""
+
 
 @dataclass(frozen=True)
 class EngineBenchmark(Checked):
@@ -164,26 +167,27 @@ def bench_engine(
     )
 
 
-def matrix_product_gflops(thread_count: int, size: int = 768, repetitions: int = 12) -> float:
+def matrix_product_gflops(thread_count: int) -> float:
     """Single-precision matrix-product rate with one product in each thread [GFLOP/s].
 
     One product a thread, as the stepper runs one robot a thread, so the figure does not depend on
     whether the linear-algebra library was told to use threads of its own.
     """
     pairs = [
-        np.random.default_rng(t).random((2, size, size), dtype=np.float32)
+        np.random.default_rng(t).random((2, _PRODUCT_SIZE, _PRODUCT_SIZE), dtype=np.float32)
         for t in range(thread_count)
     ]
 
     def multiply(pair: np.ndarray) -> None:
-        for _ in range(repetitions):
+        for _ in range(_PRODUCT_COUNT):
             pair[0] @ pair[1]
 
+    flop = 2.0 * _PRODUCT_SIZE**3 * _PRODUCT_COUNT * thread_count
     best = 0.0
     with ThreadPoolExecutor(thread_count) as pool:
         for _ in range(4):
             start = time.perf_counter()
             list(pool.map(multiply, pairs))
             seconds = time.perf_counter() - start
-            best = max(best, 2.0 * size**3 * repetitions * thread_count / seconds / 1e9)
+            best = max(best, flop / seconds / 1e9)
     return best

@@ -14,6 +14,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.worlds_check import check_worlds
@@ -64,7 +65,9 @@ class EvaluationSettings(Checked):
     """Number of worlds that --randomize draws."""
     world_seed: CountOrNone = 0
     """Seed of the worlds of --randomize."""
-    randomisation: Randomisation = field(default_factory=Randomisation)
+    randomisation: Randomisation = field(default_factory=measured_worlds)
+    """What these worlds are drawn from; those of the measured physics unless said. `pneumorph
+    evaluate` takes those that the run was trained in, or else the usual ones of its physics."""
 
     @property
     def records(self) -> bool:
@@ -123,6 +126,7 @@ class Evaluation:
     pairs: tuple[EvaluatedPair, ...]
     """In the run's order."""
     wall_s: float
+    """Wall time of all [s]."""
     leg: PartsSummary | None = None
     """The reduced leg; None for finite elements."""
     robustness: Robustness | None = None

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import write_text
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.calibration_check import bent_leg, check_calibration
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -126,4 +126,4 @@ def _write_pairs(path: Path, pairs: PressurePairs) -> None:
     lines = ["real_pressure_kPa,simulated_pressure_kPa"]
     for real, simulated in zip(pairs.real_kPa, pairs.simulated_kPa, strict=True):
         lines.append(f"{real:.6g},{simulated:.8g}")
-    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+    write_text(path, "\n".join(lines) + "\n")

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.base.layers import changed_flags
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.sorotraj import read_sorotraj
@@ -19,7 +20,7 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.commands import check_commands
 from pneumorph.physics.open_loop_gait import ChangedGait, OpenLoopGait
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 
 

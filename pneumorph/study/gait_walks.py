@@ -19,28 +19,19 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Checked, Count, NotNegative, Positive
 from pneumorph.base.executor import ExecutorSettings, run_tasks
-from pneumorph.catalogue.hub_spec import HubModel, HubSpec
-from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_robot import DISK_MASS_KG, paper_hub, ring_of_sites
-from pneumorph.catalogue.robot_identity import lifted_identity
+from pneumorph.base.progress import ProgressReport
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.physics import Damping, Physics
-from pneumorph.reduction.collect import carried_identity
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import record_walk
 from pneumorph.reduction.snapshot_files import read_header
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.robot.design import Design
-from pneumorph.robot.mounting_angle import tilted
-
-Progress = Callable[[int, int, str], None]
+from pneumorph.study.full_order_identity import carried_otherwise, gait_walk_identity
 
 
 @dataclass(frozen=True)
@@ -124,44 +115,19 @@ class GaitWalks:
 
     def identity(self, walk: DesignGait) -> dict[str, Any]:
         """What the snapshots of one gait depend on; as a file gives it back."""
-        leg, hub = self.spec.module.full, self.spec.hub.mass_numbers()
-        depends_on = {
-            "mesh_digest": leg.mesh.digest(),
-            "part": ingredients(leg),
-            "hub": self.spec.hub_model,
-            "physics": self.robot(walk).settings,
-            "record_every": self.settings.record_every,
-            "compression": self.settings.compression,
-            "design": str(walk.design),
-            "commands_kPa": self.commands_kPa(walk).tolist(),
-            # Earlier walks were of the published hub, and do not say so.
-            **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
-            **self._other_than_the_papers,
-            **lifted_identity(self.spec),
-        }
-        identity: dict[str, Any] = json.loads(json.dumps(depends_on, default=str))
-        return identity
+        return gait_walk_identity(
+            self.spec,
+            self.robot(walk),
+            walk.design,
+            self.commands_kPa(walk),
+            record_every=self.settings.record_every,
+            compression=self.settings.compression,
+            carried=self._carried,
+        )
 
     @cached_property
-    def _other_than_the_papers(self) -> dict[str, str]:
-        """What carries the legs and where, and the hub's surface; nothing of the paper's robot,
-        whatever its hub weighs, whose walks of earlier versions do not say it."""
-        spec = self.spec
-        usual = replace(paper_hub(), mass=spec.hub.mass)
-        ring = ring_of_sites(RadialMounting(), (spec.module,))
-        papers = _carried(usual, ring, spec.hub_model, spec.module, 0.0)
-        own = _carried(spec.hub, spec.sites, spec.hub_model, spec.module, spec.mounting_angle_deg)
-        surface = {} if spec.hub.surface == usual.surface else {"hub_surface": spec.hub.surface}
-        return ({} if own == papers else {"carried": own}) | surface
-
-
-def _carried(
-    hub: HubSpec, sites: Sequence[Site], model: HubModel, module: Module, mounting_angle_deg: float
-) -> str:
-    """Hash of a hub and of where its sites have a module, in hexadecimal."""
-    rest = module.full.rest_nodes
-    poses = [tilted(site.pose_of(module), rest, mounting_angle_deg) for site in sites]
-    return carried_identity(hub.full(model), poses)
+    def _carried(self) -> dict[str, str]:
+        return carried_otherwise(self.spec)
 
 
 def collect_gait_walks(
@@ -169,7 +135,7 @@ def collect_gait_walks(
     gaits: Sequence[DesignGait],
     folder: Path,
     executor: ExecutorSettings | None = None,
-    progress: Progress | None = None,
+    progress: ProgressReport | None = None,
     say: Callable[[str], None] | None = None,
 ) -> list[Path]:
     """Walk each gait as finite elements and record the legs.

@@ -27,10 +27,8 @@ WAVES_S = (2.0, -2.0, 4.0, -4.0)
 """Periods of waves of inflation [s], positive ones from hind to fore legs."""
 
 
-def heldout_animations(
-    count: int, duration_s: float, space: DesignSpace | None = None, seed: int = HELDOUT_SEED
-) -> list[Animation]:
-    """Draw designs and gaits; each depends on the seed and its own number only.
+def heldout_animations(count: int, duration_s: float) -> list[Animation]:
+    """Draw designs of the paper's robot and gaits; each depends on its own number only.
 
     A gait holds pressures for an action's length, uniform between the task's limits and independent
     for each regulator, as a policy does that knows nothing.
@@ -38,20 +36,17 @@ def heldout_animations(
     Args:
         count: How many.
         duration_s: Length of each [s].
-        space: Designs to draw from; the paper's by default.
-        seed: Seed of designs and gaits.
 
     Raises:
         ValueError: A duration that is not positive.
     """
     if not duration_s > 0:
         raise ValueError(f"duration_s is {duration_s}, expected above 0")
-    space = space or DesignSpace()
-    task = CrawlingTask()
+    space, task = DesignSpace(), CrawlingTask()
     start_s = ACTION_S * np.arange(int(np.ceil(duration_s / ACTION_S - 1e-9)))
     drawn = []
     for number in range(count):
-        rng = np.random.default_rng([seed, number])
+        rng = np.random.default_rng([HELDOUT_SEED, number])
         design = space[int(space.drawn(1, rng)[0])]
         # Drawn for as long as anyone may ask, so that a longer gait begins like a shorter one.
         held = rng.uniform(
@@ -63,23 +58,19 @@ def heldout_animations(
     return drawn
 
 
-def periodic_animations(
-    count: int, duration_s: float, space: DesignSpace | None = None, seed: int = HELDOUT_SEED
-) -> list[Animation]:
-    """Draw designs, each by its own number, and give them the periodic gaits in turn.
+def periodic_animations(count: int, duration_s: float) -> list[Animation]:
+    """Draw designs of the paper's robot, each by its own number, under the periodic gaits in turn.
 
     These are the expert's at four phases and four waves of inflation (`inflation_wave`).
 
     Args:
         count: How many.
         duration_s: Length of each [s].
-        space: Designs to draw from; the paper's by default.
-        seed: Seed of the designs.
     """
-    space = space or DesignSpace()
+    space = DesignSpace()
     drawn = []
     for number in range(count):
-        rng = np.random.default_rng([seed, _PERIODIC, number])
+        rng = np.random.default_rng([HELDOUT_SEED, _PERIODIC, number])
         design = space[int(space.drawn(1, rng)[0])]
         turn = number % (len(EXPERT_PHASES_DEG) + len(WAVES_S))
         gait: OpenLoopGait

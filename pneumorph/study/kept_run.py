@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import write_atomically, write_json
+from pneumorph.base.artefact import write_atomically, write_json, write_text
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
 from pneumorph.learn.cooptimise import GAIT_FOLDER, POLICY_FILE
@@ -59,7 +59,7 @@ def keep_run(run: Path, folder: Path) -> TrainingResult:
     metrics = read_metrics(run / TRAINING_FOLDER)
     lines = "".join(json.dumps(_rounded(line)) + "\n" for line in metrics)
     training = folder / TRAINING_FOLDER
-    write_atomically(training / METRICS_FILE, lambda stream: stream.write(lines.encode()))
+    write_text(training / METRICS_FILE, lines)
     write_atomically(training / POLICY_FILE, lambda stream: stream.write(policy))
     write_json(folder / SETTINGS, learned.settings)
     kept = replace(found, best_gait=pairs[0].gait, pairs=tuple(pairs))

@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_robot import DISK_MASS_KG
-from pneumorph.catalogue.robot_identity import full_identity, lifted_identity
+from pneumorph.base.progress import ProgressReport
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.fem.part_ingredients import lumping, materials_text
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import Animation
+from pneumorph.study.full_order_identity import animation_identity
 from pneumorph.study.full_order_store import FullOrderStore, at_nodes, rollout_identity
 from pneumorph.trajectory import Trajectory
-
-Progress = Callable[[int, int, str], None]
 
 
 class ModelPair:
@@ -45,7 +39,7 @@ class ModelPair:
         """Real pressure asked for in every step [kPa], (step, regulator)."""
 
     def full(
-        self, store: FullOrderStore, name: str, record_every: int, progress: Progress
+        self, store: FullOrderStore, name: str, record_every: int, progress: ProgressReport
     ) -> Trajectory:
         """The full robot's trajectory with few of its nodes: the kept one, or computed and kept.
 
@@ -112,30 +106,5 @@ class ModelPair:
         return float(np.median(seconds))
 
     def _identity(self, record_every: int) -> str:
-        return rollout_identity(self._described(record_every), self.commands_kPa)
-
-    def _described(self, record_every: int) -> dict[str, Any]:
-        # All that decides the full robot's way, but for the commands.
-        spec, hub = self.spec, self.spec.hub.mass_numbers()
-        leg = spec.modules[0].full
-        return {
-            "design": str(self.animation.design),
-            "physics": spec.physics.described(),
-            "full": {
-                "hub": spec.hub_model,
-                "integrator": spec.full_order.integrator,
-                "friction_solver": spec.full_order.friction_solver,
-                "contact_sweeps": spec.full_order.contact_sweeps,
-                "height_map": settings_to_dict(spec.physics.ground.map),
-                "mesh": None,
-            },
-            "mesh": leg.mesh.digest(),
-            "leg": [*materials_text(leg), float(leg.node_mass.sum())],
-            "record_every": record_every,
-            # Ways that ship are of the published hub and of even masses, and do not say so.
-            **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
-            **lumping(leg),
-            **spec.physics.ground.file_identity(),
-            **full_identity(spec),
-            **lifted_identity(spec),
-        }
+        described = animation_identity(self.spec, self.animation.design, record_every)
+        return rollout_identity(described, self.commands_kPa)

@@ -25,7 +25,7 @@ from pneumorph.base.settings import (
     settings_known_before,
     settings_to_dict,
 )
-from pneumorph.catalogue.paper_leg import LegName, leg_kind, physics_of
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind, physics_of
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.reduction.part_file import FORMAT_VERSION as PART_VERSION
 from pneumorph.study.made_mesh import MEASURED_LEG, MeshSettings

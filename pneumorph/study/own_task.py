@@ -40,6 +40,19 @@ def environments_of(
     worlds: TrainingWorlds | None,
     own_task: OwnTask | None,
 ) -> EnvironmentFactory:
+    """Return what makes the environment of designs to learn in.
+
+    Args:
+        settings: The crawling task, and how it is learned.
+        spec: The robot.
+        worlds: What worlds are drawn from; None for one world.
+        own_task: Turns that environment into another task's; None for crawling.
+
+    Raises:
+        TypeError: The task of one's own cannot be called with an environment alone.
+        ValueError: It cannot be called at all. What is returned raises this too, where the task
+            makes something else than an environment.
+    """
     if own_task is not None and not callable(own_task):
         raise ValueError(
             f"own_task is {own_task!r}, expected a function or a class that is given an "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from pneumorph.catalogue.paper_leg import LegName
+from pneumorph.catalogue.leg_kinds import LegName
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.ecsw import EcswSettings

@@ -132,7 +132,7 @@ def reduce(
         folder.progress.say(note)
     snapshots = SnapshotFiles([*sound, *walks])
     if not (walks or any(path.stem.startswith("walk") for path in sound)):
-        if settings.snapshots.walk.robot_count:
+        if settings.snapshots.walk.robot_count(len(poses)):
             raise ValueError(
                 "none of the robots that walk for snapshots came to its end, expected at least "
                 "one: they are driven harder than the leg bears, or its elements turn inside out; "

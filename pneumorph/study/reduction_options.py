@@ -11,16 +11,16 @@ from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
-from pneumorph.catalogue.masses import CastDensities, Masses
-from pneumorph.catalogue.paper_leg import (
+from pneumorph.catalogue.leg_kinds import (
     HYPERELASTIC_MATERIALS,
     MEASURED_MATERIALS,
     LegName,
     leg_kind,
-    paper_leg,
     paper_leg_mesh,
-    with_current_leg,
 )
+from pneumorph.catalogue.leg_module import module_of_leg
+from pneumorph.catalogue.masses import CastDensities, Masses
+from pneumorph.catalogue.older_names import with_current_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LAWS_OF_HOOKES_CONSTANTS, YEOH_RATIOS, LegMaterials
 from pneumorph.fem.silicones import silicone
@@ -203,7 +203,7 @@ def reduce_as_asked(
     `reduce`."""
     kind = leg_kind(options.leg)
     _refuse_locking(options)
-    leg = paper_leg(options.leg, None, options.mesh, options.materials, options.masses)
+    leg = module_of_leg(options.leg, None, options.mesh, options.materials, options.masses)
     physics = kind.physics
     if options.reduction.rotation == "polar" and physics.rotation != "polar":
         physics = replace(physics, damping="objective")

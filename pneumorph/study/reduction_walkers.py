@@ -27,9 +27,11 @@ def check_walkers_apart(mesh: Mesh, poses: Sequence[Pose], settings: WalkSnapsho
         settings: Which robots walk.
 
     Raises:
-        ValueError: Two legs of one robot do, or it has more legs than there are places.
+        ValueError: Two legs of one robot do, or it has more legs than there are places; or there
+            are too many places for every subset of them to walk.
     """
-    plans = [walk_plan(settings, k, len(poses)) for k in range(settings.robot_count)]
+    count = settings.robot_count(len(poses))
+    plans = [walk_plan(settings, number, len(poses)) for number in range(count)]
     pairs = {pair for plan in plans for pair in combinations(plan.places.tolist(), 2)}
     skin = outer_boundary(mesh)
     outside = mesh.nodes[np.unique(skin)]

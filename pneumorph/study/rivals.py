@@ -31,8 +31,9 @@ from pneumorph.study.certified_pairs import Band, share_beyond
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.run_beside_search import PAIRS_OF_RUN
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
 from pneumorph.study.search_findings import SearchFindings
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_result import TrainingResult
 

@@ -34,6 +34,7 @@ class PairInWorlds:
 
     label: str
     nominal: float = field(metadata=in_cm("nominal_distance_cm"))
+    """In the world as it stands."""
     mean: float = field(metadata=in_cm("mean_distance_cm"))
     deviation: float | None = field(metadata=in_cm("deviation_cm"))
     """Standard deviation; None for a single world."""
@@ -49,6 +50,7 @@ class Robustness:
 
     world_count: int
     failed_count: int
+    """Walks whose simulation failed, of all pairs."""
     nominal_ranking: tuple[str, ...]
     """Labels by what they achieve in the world as it stands."""
     robust_ranking: tuple[str, ...]
@@ -62,8 +64,8 @@ class Robustness:
     achieved: np.ndarray = field(metadata=in_cm("distances_cm"))
     """What of the goal was achieved [its unit], (world, pair); NaN where a simulation failed."""
     left_range_share: float | None = None
-    """Share of the walks that left the range of their legs' snapshots, where the reduced leg
-    extrapolates; None where that is not known."""
+    """Share, 0 to 1, of the walks that left the range of their legs' snapshots, where the reduced
+    leg extrapolates; None where that is not known."""
     range_ratio: float | None = None
     """The furthest that any leg went, relative to its furthest snapshot."""
     goal: Goal = FORWARD

@@ -20,7 +20,7 @@ class Sensitivity:
 
     number: str
     rank_correlation: float
-    """Spearman's: positive where more of it goes further."""
+    """Spearman's, -1 to 1: positive where more of it goes further."""
     first_order_index: float
     """Share of the distance's variance that knowing it takes away on average (Sobol's), 0 to 1."""
 

@@ -65,11 +65,14 @@ class SimulatedWalk:
     simulated_s: float
     """Simulated time until the end, or until the robot diverged [s]."""
     mean_contact_count: float
+    """Contact points that took part in the contact solve."""
     trajectory: str
     """File of the recorded walk."""
     damping: str
     simulation_wall_s: float
+    """Wall time of the simulation alone [s]."""
     wall_s: float
+    """Wall time of all [s]."""
     left_cm: float | None = None
     """Travel to the left; None as of the distance, and in files of earlier versions."""
     turned_deg: float | None = None

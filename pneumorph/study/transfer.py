@@ -60,20 +60,26 @@ class ComparedRobot:
     design: str
     simulated_distance_cm: float
     distances_cm: tuple[float, ...]
-    """Of each trial."""
+    """Of each trial, (trial,)."""
     mean_distance_cm: float
     spread_cm: float | None
     """Standard deviation over trials; None of a single one."""
     transfer_ratio: float | None
     """Measured over simulated, of what counts; None where the simulation achieves nothing."""
     simulated_reward_per_step_cm: tuple[float, ...]
+    """Forward travel in each step, (step,)."""
     mean_reward_per_step_cm: tuple[float, ...]
+    """The same of the trials."""
     simulated_backsliding_cm: float
+    """Mean furthest slide back in a cycle."""
     mean_backsliding_cm: float
+    """The same of the trials."""
     path_rms_cm: float
+    """Root mean square difference of forward travel, the trials' mean from the simulation."""
     pressure_rms_kPa: float | None
     """Commanded against sensed pressure; None without sensors, as is the delay."""
     pressure_delay_s: float | None
+    """By how much the sensed pressure is behind the commanded one."""
     distance_over_first: DistanceRatio
     run: str
     """Folder of its deployment."""
@@ -92,8 +98,9 @@ class ComparedRobot:
     achieved_spread: float | None = None
     """Standard deviation over trials; None of a single one."""
     simulated_step_rewards: tuple[float, ...] = ()
-    """What of the goal was achieved in each step [the goal's unit]."""
+    """What of the goal was achieved in each step [the goal's unit], (step,)."""
     mean_step_rewards: tuple[float, ...] = ()
+    """The same of the trials."""
 
 
 @dataclass(frozen=True)
@@ -106,11 +113,14 @@ class Transfer:
     spread_cm: float | None
     simulated_distance_cm: float
     step_s: float
+    """Length of a step, whose rewards are told [s]."""
     cycle_s: float
+    """Length of a cycle, over which slides back are counted [s]."""
     robots: tuple[ComparedRobot, ...]
     damping: str
     calibration: UsedCalibration
     wall_s: float
+    """Wall time of all [s]."""
     leg: PartsSummary | None = None
     """The reduced leg; None for finite elements."""
     physics: Physics | None = None

@@ -20,7 +20,7 @@ from scipy.interpolate import PchipInterpolator
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite
 from pneumorph.base.run_folder import made_once
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.fem.bend_curve import BendCurve, bend_curve
 from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.material import LegMaterials, Material

@@ -24,8 +24,9 @@ from pneumorph.report.learning_figures import learning_curves_figure, own_gaits_
 from pneumorph.report.style import save_figure
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.learning_curve import learning_curve
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
 from pneumorph.study.search_findings import SearchFindings
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_result import TrainingResult
 

@@ -10,7 +10,7 @@ from typing import Any
 from calculix_deck import CalculixSettings, calculix_deck
 from calculix_run import run_calculix
 
-from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.leg_kinds import leg_kind
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.bend_curve import bend_curve
 from pneumorph.fem.material import Material, Membrane

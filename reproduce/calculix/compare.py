@@ -23,7 +23,7 @@ from bend_comparison import (
 )
 
 from pneumorph.base.artefact import write_json
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.report.style import (
     REGULATOR_COLOURS,

@@ -19,6 +19,7 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.run_folder import made_once
 from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.false_moment import false_moment
 from pneumorph.fem.full_robot import FullRobot
@@ -34,7 +35,6 @@ from pneumorph.report.style import (
     new_figure,
     save_figure,
 )
-from pneumorph.robot.design import BASELINE_DESIGN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

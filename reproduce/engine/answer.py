@@ -23,6 +23,7 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -30,7 +31,7 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
 from pneumorph.physics.physics import Physics
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator

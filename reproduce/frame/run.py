@@ -17,7 +17,7 @@ import tyro
 
 from pneumorph.base.artefact import load_artefact, save_artefact, write_json
 from pneumorph.base.settings import load_settings
-from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.bend import end_face_bend_deg
@@ -162,7 +162,7 @@ def main(out: Path = Path("runs/frame"), modes: int = 24, hold_s: float = 0.6) -
         modes: Of each basis.
         hold_s: How long a corner of the pressures is held [s].
     """
-    part = paper_leg(PUBLISHED.leg, masses=PUBLISHED.masses).full
+    part = module_of_leg(PUBLISHED.leg, masses=PUBLISHED.masses).full
     walk = walked(part, hold_s, out / "walk.npz")
     bend = bend_snapshots(part, StaticSnapshotSettings(bend_pressure_kPa=BEND_KPA, bend_count=10))
     pitch = RadialMounting().pose(0).rotation.T @ np.array([0.0, 0.0, 1.0])

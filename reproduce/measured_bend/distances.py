@@ -18,7 +18,8 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.executor import ExecutorSettings
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
+from pneumorph.catalogue.leg_kinds import leg_kind
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.walk import walk
 from pneumorph.geometry.face_tie import tied_over_face
@@ -41,7 +42,7 @@ def reduced_leg(size_mm: float, out: Path, processes: int) -> Path:
     made = mesh_pneunet(PneuNetShape(), MesherSettings(size_mm=size_mm, grading=0.9))
     mesh = tied_over_face(quadratic_mesh(made))
     mesh.save(out / "mesh.npz")
-    leg = paper_leg("measured", mesh=mesh, masses=preset.masses)
+    leg = module_of_leg("measured", mesh=mesh, masses=preset.masses)
     robot = paper_robot(
         leg, kind.physics, preset.masses, hub_model=preset.hub, full_order=kind.full_order
     )
@@ -73,7 +74,7 @@ def main(
     found = {}
     for size in sizes_mm:
         part = reduced_leg(size, out / f"{size:g}", processes)
-        spec = paper_robot(paper_leg("measured", part), leg_kind("measured").physics)
+        spec = paper_robot(module_of_leg("measured", part), leg_kind("measured").physics)
         walked = walk(
             spec.simulator([each.design for each in walks]),
             [each.gait for each in walks],

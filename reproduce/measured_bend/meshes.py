@@ -18,7 +18,7 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import made_once
-from pneumorph.catalogue.paper_leg import MEASURED_MATERIALS
+from pneumorph.catalogue.leg_kinds import MEASURED_MATERIALS
 from pneumorph.fem.leg_model import leg_model
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.netgen_mesher import MesherSettings

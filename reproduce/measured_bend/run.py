@@ -19,7 +19,7 @@ from scipy.interpolate import PchipInterpolator
 
 from pneumorph.base.artefact import load_artefact, read_json, save_artefact, write_json
 from pneumorph.base.run_folder import made_once
-from pneumorph.catalogue.paper_leg import load_default_leg
+from pneumorph.catalogue.leg_kinds import load_default_leg
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.material import LegMaterials, Material

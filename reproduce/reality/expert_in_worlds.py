@@ -16,12 +16,12 @@ import numpy as np
 
 from pneumorph.base.run_folder import made_once
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import walk
 from pneumorph.report.style import figure_style, new_figure
-from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import simulator_in_worlds
 from pneumorph.study.robustness import draw_worlds

@@ -24,8 +24,9 @@ from statements import summary
 from pneumorph.base.artefact import read_json, write_json
 from pneumorph.base.run_folder import SUMMARY, read_summary
 from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind
+from pneumorph.catalogue.leg_module import module_of_leg, scaled_materials
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import LegName, leg_kind, paper_leg, scaled_materials
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -70,7 +71,7 @@ class Ingredients:
     def robot(self) -> RobotSpec:
         """The robot."""
         mesh = None if self.edge_mm is None else leg_mesh(self.edge_mm)
-        leg = paper_leg(self.leg, mesh=mesh, materials=self.materials, masses=self.masses)
+        leg = module_of_leg(self.leg, mesh=mesh, materials=self.materials, masses=self.masses)
         return paper_robot(
             leg,
             self.physics,

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pneumorph.base.artefact import read_json
+from pneumorph.catalogue.leg_kinds import load_default_leg
 from pneumorph.catalogue.measured_worlds import UNCERTAINTIES
-from pneumorph.catalogue.paper_leg import load_default_leg
 from pneumorph.simulation.distribution import Distribution
 
 HERE = Path(os.path.relpath(Path(__file__).parent))

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from reference_case import PUBLISHED, ReferenceCase, case_physics
 
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import leg_kind, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import disk_rim_points, paper_disk_mesh, paper_hub
 from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot

@@ -23,7 +23,8 @@ from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.regulator_lag import lagging_commands
 from pneumorph.study.certified_pairs import Band
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.recorded_walk import Model
 from pneumorph.study.virtual_reality import VirtualReality
 

@@ -14,7 +14,8 @@ from pathlib import Path
 import tyro
 
 from pneumorph.base.executor import ExecutorSettings
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
+from pneumorph.catalogue.leg_kinds import leg_kind
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.netgen_mesher import MesherSettings
@@ -42,7 +43,7 @@ def main(out: Path = Path("runs/other_leg"), processes: int = 1) -> None:
     made = mesh_pneunet(PneuNetShape(), MesherSettings(size_mm=SIZE_MM, grading=0.9))
     mesh = tied_over_face(quadratic_mesh(made))
     mesh.save(out / MESH_FILE)
-    leg = paper_leg("measured", mesh=mesh, masses=preset.masses)
+    leg = module_of_leg("measured", mesh=mesh, masses=preset.masses)
     robot = paper_robot(
         leg, kind.physics, preset.masses, hub_model=preset.hub, full_order=kind.full_order
     )

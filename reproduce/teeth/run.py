@@ -20,7 +20,7 @@ import tyro
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import load_default_leg, measured_leg_mesh
+from pneumorph.catalogue.leg_kinds import load_default_leg, measured_leg_mesh
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.geometry.pneunet import PneuNetShape

@@ -19,6 +19,7 @@ from pneumorph.base.artefact import (
     reading,
     save_artefact,
     write_json,
+    write_text,
 )
 
 
@@ -33,12 +34,13 @@ def room_for(byte_count: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-@pytest.mark.parametrize("kind", ["table", "arrays"])
+@pytest.mark.parametrize("kind", ["text", "table", "arrays"])
 def test_a_file_that_finds_no_room_is_named_and_stays_as_it_was(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "kept"
     path.write_text("as it was")
     noise = np.random.default_rng(0).random(5000)
     write = {
+        "text": lambda: write_text(path, str(noise.tolist())),
         "table": lambda: write_json(path, {"numbers": noise.tolist()}),
         "arrays": lambda: save_artefact(path, "Noise", 1, {"noise": noise}, {}),
     }[kind]
@@ -46,6 +48,11 @@ def test_a_file_that_finds_no_room_is_named_and_stays_as_it_was(tmp_path: Path, 
         write()
     assert path.read_text() == "as it was"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_text_is_written_as_it_is(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "made/text", "90 °\r\nand on\n")
+    assert path.read_bytes() == b"90 \xc2\xb0\r\nand on\n"
 
 
 @pytest.mark.parametrize(

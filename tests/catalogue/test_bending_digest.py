@@ -9,8 +9,9 @@ import pytest
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import bent_leg, check_calibration
+from pneumorph.catalogue.leg_kinds import LegName, leg_kind, load_default_leg
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import LegName, leg_kind, load_default_leg, paper_leg
 from pneumorph.fem.material import LegMaterials
 from pneumorph.physics.calibration import Calibration
 
@@ -23,7 +24,7 @@ def leg(name: LegName, factor: float, size_factor: float = 1.0) -> Module:
     made_of = replace(materials, sheet_thickness_mm=factor * materials.sheet_thickness_mm)
     said = {"materials": settings_to_dict(made_of)}
     part = replace(part, metadata={**part.metadata, **said})
-    return paper_leg(name, part=part, size_factor=size_factor)
+    return module_of_leg(name, part=part, size_factor=size_factor)
 
 
 def calibrations(name: LegName, said: dict[str, Any]) -> list[Calibration]:
@@ -40,7 +41,7 @@ def calibrations(name: LegName, said: dict[str, Any]) -> list[Calibration]:
 def test_digests_are_those_of_earlier_versions_whatever_the_sheet(name: LegName) -> None:
     """What they fitted to a leg of any sheet is that leg's still."""
     kept = {"published": "3de0f21d119f", "hyperelastic": "8fb4138e7656", "measured": "4132df52ed22"}
-    for module in (paper_leg(name), leg(name, 1.0), leg(name, 3.0)):
+    for module in (module_of_leg(name), leg(name, 1.0), leg(name, 3.0)):
         assert module.bending_digest[:12] == kept[name]
         earlier = {"name": module.name, "digest": module.bending_digest}
         for calibration in calibrations(name, earlier):
@@ -69,7 +70,7 @@ def test_legs_of_sheets_of_another_thickness_are_told_apart_by_both(name: LegNam
 
 def test_parts_that_do_not_know_their_sheet_do_not_say_it() -> None:
     """The published leg that ships knows none."""
-    unknown = paper_leg("published")
+    unknown = module_of_leg("published")
     assert "sheet_mm" not in bent_leg(unknown)
     for calibration in calibrations("published", bent_leg(unknown)):
         check_calibration(calibration, [leg("published", 3.0)])

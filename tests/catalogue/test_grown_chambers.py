@@ -10,8 +10,9 @@ import pytest
 
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.leg_kinds import leg_kind
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.mean_growth import mean_growth
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.physics.air import Air
@@ -25,7 +26,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 @pytest.fixture(scope="module")
 def own(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A leg whose chambers grow otherwise than the paper's."""
-    part = paper_leg("measured").reduced
+    part = module_of_leg("measured").reduced
     report = {**part.metadata["report"], "chamber_growth": list(GROWTH)}
     part = replace(part, metadata={**part.metadata, "report": report})
     return part.save(tmp_path_factory.mktemp("own") / "own.npz")
@@ -43,7 +44,7 @@ def test_a_leg_of_ones_own_brings_its_growth(own: Path, tmp_path: Path) -> None:
     spec = options.spec()
     assert spec.physics == options.physics
     assert spec.full("1.0.0.2.2.0.0.1").physics == spec.physics
-    shipped = paper_leg("measured").reduced.save(tmp_path / "shipped.npz")
+    shipped = module_of_leg("measured").reduced.save(tmp_path / "shipped.npz")
     assert grown({"part": str(shipped)}) == USUAL
     assert grown({"part": str(own)}, {"based_on": "measured"}) == GROWTH
     assert grown({"part": str(own)}, {"part": str(shipped)}) == USUAL

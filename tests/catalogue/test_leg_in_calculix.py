@@ -9,7 +9,7 @@ import pytest
 from bend_comparison import calculix_bend, our_bend, relative_difference
 from calculix_run import calculix_command
 
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 
 needs_calculix = pytest.mark.skipif(
     calculix_command() is None, reason="CalculiX is not installed (apt install calculix-ccx)"

@@ -11,13 +11,14 @@ from helpers.box_mesh import box_mesh
 
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.leg_kinds import load_default_leg, paper_leg_mesh
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import (
     PRINTED_HUB,
     CastDensities,
     Masses,
     cast_leg_mass_kg,
 )
-from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -156,13 +157,13 @@ def test_a_leg_brings_its_masses_and_older_runs_keep_theirs(tmp_path: Path) -> N
 def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
     """Its volume is not known; the one that ships is recognised by its mesh."""
     part = load_default_leg("published")
-    assert paper_leg("published", part=part, masses=Masses("cast")).reduced.mass == pytest.approx(
-        CAST_LEG_KG
-    )
+    assert module_of_leg(
+        "published", part=part, masses=Masses("cast")
+    ).reduced.mass == pytest.approx(CAST_LEG_KG)
     other = load_default_leg("hyperelastic")
     with pytest.raises(ValueError, match=r"give full\.mesh, or a weighed masses\.leg_mass_g"):
-        _ = paper_leg("published", part=other, masses=Masses("cast")).reduced
-    weighed = paper_leg("published", part=other, masses=Masses("cast", leg_mass_g=42.0)).reduced
+        _ = module_of_leg("published", part=other, masses=Masses("cast")).reduced
+    weighed = module_of_leg("published", part=other, masses=Masses("cast", leg_mass_g=42.0)).reduced
     assert weighed.mass == pytest.approx(0.042)
 
 
@@ -184,7 +185,7 @@ def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
             r"densities are .*1\.2.*nothing looks at them where model is not \"cast\"",
         ),
         (
-            lambda: paper_leg("measured", masses=Masses("cast", leg_mass_g=0.042)).reduced,
+            lambda: module_of_leg("measured", masses=Masses("cast", leg_mass_g=0.042)).reduced,
             r"the leg, of masses\.leg_mass_g .*, weighs 0\.042 g .* expected 0\.02 to 25: ",
         ),
         (
@@ -202,5 +203,5 @@ def test_masses_that_cannot_be_are_refused(make, message: str) -> None:
 @pytest.mark.parametrize(("size", "mass_g"), [(3.0, 1300.0), (0.25, 0.8)])
 def test_a_weighed_leg_is_held_against_its_own_volume(size: float, mass_g: float) -> None:
     mesh = paper_leg_mesh().scaled(size)
-    leg = paper_leg("published", mesh=mesh, masses=Masses("cast", leg_mass_g=mass_g))
+    leg = module_of_leg("published", mesh=mesh, masses=Masses("cast", leg_mass_g=mass_g))
     assert leg.full.mass_kg == pytest.approx(1e-3 * mass_g)

@@ -10,17 +10,17 @@ import pytest
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
-from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.mounting_check import check_cast_mass
-from pneumorph.catalogue.older_names import current_arguments
-from pneumorph.catalogue.paper_leg import (
+from pneumorph.catalogue.leg_kinds import (
     MEASURED_MATERIALS,
     LegName,
     load_default_leg,
-    paper_leg,
     paper_leg_mesh,
-    scaled_materials,
 )
+from pneumorph.catalogue.leg_module import module_of_leg, scaled_materials
+from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.mounting_check import check_cast_mass
+from pneumorph.catalogue.older_names import current_arguments
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
@@ -28,7 +28,7 @@ from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.physics.height_map import HeightMap
 from pneumorph.physics.physics import Physics
 from pneumorph.report.plan import paper_plan, plans_of
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.reduction_options import ReduceOptions
@@ -48,7 +48,7 @@ def test_its_finite_elements_are_not_those_of_the_paper_leg(own_leg: Path) -> No
     with pytest.raises(ValueError, match=r"give the mesh that it was made from as full\.mesh"):
         spec.full("1.0.0.2.2.0.0.1")
     assert (
-        paper_leg("published", part=load_default_leg("published")).full.mesh.digest()
+        module_of_leg("published", part=load_default_leg("published")).full.mesh.digest()
         == paper_leg_mesh().digest()
     )
 
@@ -230,7 +230,7 @@ def test_roughness_that_the_ground_is_too_small_for_is_told_by_its_name() -> Non
 def test_a_reduction_of_another_physics_is_refused(named: LegName, made: LegName, of: str) -> None:
     """From Python too, where nobody else says which physics was meant."""
     with pytest.raises(ValueError, match=f"the reduced leg is of the {of} physics"):
-        _ = paper_leg(named, load_default_leg(made)).reduced
+        _ = module_of_leg(named, load_default_leg(made)).reduced
 
 
 @pytest.mark.parametrize("leg", ["published", "hyperelastic"])
@@ -242,7 +242,7 @@ def test_a_leg_of_another_physics_than_that_asked_for_is_refused(leg: LegName) -
 
 def test_the_reduction_that_ships_is_of_no_other_material() -> None:
     """Finite elements may be of any; a reduction has what it was made of."""
-    stiffer = paper_leg("measured", materials=scaled_materials(MEASURED_MATERIALS, 2.0))
+    stiffer = module_of_leg("measured", materials=scaled_materials(MEASURED_MATERIALS, 2.0))
     with pytest.raises(ValueError, match="materials were given without a reduced part"):
         _ = stiffer.reduced
     assert stiffer.full.material == MEASURED_MATERIALS.silicone.stiffer(2.0)

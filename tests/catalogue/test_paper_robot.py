@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import (
+from pneumorph.catalogue.leg_kinds import (
     hyperelastic_leg_mesh,
     load_default_leg,
     measured_leg_mesh,
-    paper_leg,
     paper_leg_mesh,
-    paper_leg_model,
 )
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.geometry.pose import rotation_about
@@ -142,14 +141,14 @@ def test_the_leg_that_ships_bends_like_its_full_model():
     """Both held at the attachment; the bend may differ by 3 % (the project's own mark)."""
     leg = load_default_leg("published")
     assert leg.metadata["report"]["bend_error_percent"] < 3.0
-    measured = compare_bend(paper_leg_model(), leg, (80.0,))
+    measured = compare_bend(module_of_leg("published").full, leg, (80.0,))
     assert measured.error_percent < 3.0
 
 
 def test_the_hyperelastic_leg_that_ships_bends_like_its_full_model():
     """Its report has 5.5 % at worst; 21.7 degrees here."""
     measured = compare_bend(
-        paper_leg("hyperelastic").full, load_default_leg("hyperelastic"), (19.0,)
+        module_of_leg("hyperelastic").full, load_default_leg("hyperelastic"), (19.0,)
     )
     assert measured.error_percent < 5.5
 
@@ -186,7 +185,7 @@ MEASURED_BLOCKED_MN = {
 
 def test_the_finite_elements_of_the_measured_leg_are_those_that_were_kept():
     """To the digits that are kept."""
-    full = paper_leg("measured").full
+    full = module_of_leg("measured").full
     ((bend, _),) = held_bends(full, full.mesh, [10.0])
     assert bend == pytest.approx(MEASURED_BEND_DEG[10.0], abs=1e-4)
     (blocked,) = blocked_forces(full, full.mesh, [10.0])

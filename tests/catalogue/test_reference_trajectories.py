@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import paper_leg_model
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.full_robot import FullRobot, FullRobotState
@@ -40,7 +40,7 @@ def pose(robot: FullRobot, state: FullRobotState) -> np.ndarray:
 
 
 def test_bend_of_a_held_leg():
-    leg = paper_leg_model()
+    leg = module_of_leg("published").full
     held = leg.mesh.node_set("inner_end_face")
     x, reached = leg.rest_nodes, 0.0
     settings = StaticSettings(load_step_kPa=30.0, tolerance=1e-6)

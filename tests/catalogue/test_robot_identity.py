@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.leg_kinds import leg_kind, masses_of
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import leg_kind, masses_of
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_identity import (

@@ -10,11 +10,13 @@ from typing import get_args
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.full_module import full_module
 from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.leg_kinds import HYPERELASTIC_PRESSURE_MAP, LegName
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, LegName, paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_identity import full_identity, reduction_digest
@@ -44,7 +46,7 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.analysis import Analysis
 from pneumorph.study.baseline import Baseline
 from pneumorph.study.comparison import Comparison
-from pneumorph.study.deployed_gait import DeployedGait
+from pneumorph.study.deployment_result import DeployedGait
 from pneumorph.study.engine_benchmark import EngineSpeed
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.full_benchmark import StepTimes
@@ -297,7 +299,7 @@ def test_modules_may_differ_from_site_to_site() -> None:
 
 
 def test_a_module_of_finite_elements_alone_walks_as_such() -> None:
-    alone = Module.of_full("a box", full_leg())
+    alone = full_module("a box", full_leg())
     spec = replace(SPEC, sites=tuple(Site(pose, alone) for pose in POSES))
     assert spec.full(DESIGN).legs[0].part is alone.full
     with pytest.raises(ValueError, match="a box has not been reduced"):
@@ -321,7 +323,7 @@ def test_the_hub_and_the_floor_of_full_robots_are_asked_for(tmp_path: Path) -> N
     "make",
     [
         lambda: paper_robot("hyperelastic", Physics(damping="objective")),
-        lambda: paper_robot(paper_leg("hyperelastic").scaled(1.2), Physics()),
+        lambda: paper_robot(module_of_leg("hyperelastic").scaled(1.2), Physics()),
         lambda: RobotOptions.of("published", leg="hyperelastic").spec(),
     ],
 )
@@ -350,12 +352,12 @@ def test_the_papers_robot_has_the_map_of_its_leg() -> None:
     assert paper_robot("published").physics == Physics()
     other = paper_robot("hyperelastic").physics
     assert other == Physics(pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    assert paper_robot(paper_leg("hyperelastic")).physics == other
+    assert paper_robot(module_of_leg("hyperelastic")).physics == other
     given = Physics(friction=0.4, pressure_map=HYPERELASTIC_PRESSURE_MAP)
     assert paper_robot("hyperelastic", given).physics is given
     measured = Physics(pressure_map=PressureMap(1.1, -4.0))
     assert paper_robot("hyperelastic", measured).physics is measured
-    assert paper_robot(paper_leg("published"), thread_count=2).thread_count == 2
+    assert paper_robot(module_of_leg("published"), thread_count=2).thread_count == 2
     assert (
         RobotOptions.of("published", threads=2).spec().physics == paper_robot("published").physics
     )
@@ -382,11 +384,11 @@ def test_a_robot_may_have_fewer_modes_for_all_its_modules() -> None:
 def test_a_module_that_is_inflated_as_measured_has_the_measured_legs_robot() -> None:
     """With the printed hub of 30 g, rigid, and finite elements that step as those of its name."""
     for name in get_args(LegName):
-        leg_by_name, module = paper_robot(name), paper_robot(paper_leg(name))
+        leg_by_name, module = paper_robot(name), paper_robot(module_of_leg(name))
         assert module.physics == leg_by_name.physics
         assert module.hub.mass_kg == leg_by_name.hub.mass_kg
-    named, own = paper_robot("measured"), paper_robot(paper_leg("measured"))
+    named, own = paper_robot("measured"), paper_robot(module_of_leg("measured"))
     assert own.physics == named.physics
     assert own.hub.mass_kg == named.hub.mass_kg == pytest.approx(0.030, abs=0.001)
     assert (own.hub_model, own.full_order) == (named.hub_model, named.full_order)
-    assert own.hub_model == "rigid" != paper_robot(paper_leg("published")).hub_model
+    assert own.hub_model == "rigid" != paper_robot(module_of_leg("published")).hub_model

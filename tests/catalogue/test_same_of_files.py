@@ -18,7 +18,8 @@ from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.settings import quick_settings
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.study_once import study_folder
 from pneumorph.study.training_run import run_training
 

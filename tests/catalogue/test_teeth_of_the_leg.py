@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneumorph.catalogue.paper_leg import load_default_leg, measured_leg_mesh
+from pneumorph.catalogue.leg_kinds import load_default_leg, measured_leg_mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.tooth_gap import least_tooth_gap_mm
 from pneumorph.reduction.blocked_force import blocked_forces

@@ -10,12 +10,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.full_module import full_module
 from helpers.small_robot import small_leg
 from helpers.synthetic_part import synthetic_mesh
 
 from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.leg_kinds import leg_kind
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_robot import FullRobot
@@ -66,7 +68,7 @@ def test_moduli_masses_and_damping_are_factors_on_forces(name) -> None:
     mesh = synthetic_mesh((4, 4, 4))
     mesh = mesh if name == "published" else quadratic_mesh(mesh)
     physics = replace(leg_kind(name).physics, regulator_count=2, friction_by_surface=())
-    robot = spec(paper_leg(name, mesh=mesh), physics)
+    robot = spec(module_of_leg(name, mesh=mesh), physics)
     world = replace(AS_IS, modulus_factor=1.2, mass_factor=0.9, damping_factor=1.4)
     own = robot.in_world(world)
     usual, changed = robot.module.full, own.module.full
@@ -159,7 +161,7 @@ def test_factors_on_valves_are_factors_on_time(name) -> None:
 
 
 def test_finite_elements_that_cannot_be_changed_are_refused_by_name() -> None:
-    robot = spec(Module.of_full("a cast box", small_leg()), BOXES.physics)
+    robot = spec(full_module("a cast box", small_leg()), BOXES.physics)
     assert robot.in_world(replace(AS_IS, friction=0.3)).module.full is robot.module.full
     with pytest.raises(
         ValueError, match=r"a cast box is asked for with modulus_factor 1\.1 and mass"

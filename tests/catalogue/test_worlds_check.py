@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.leg_kinds import LegName
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.paper_leg import LegName
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.catalogue.worlds_check import check_worlds

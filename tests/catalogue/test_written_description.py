@@ -11,10 +11,11 @@ import pytest
 from helpers.box_mesh import box_mesh
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.acting_description import ActingDescription
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.module_description import ModuleDescription
-from pneumorph.catalogue.robot_description import ActingDescription, RobotDescription
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.catalogue.site_description import SiteDescription
 from pneumorph.fem.material import LegMaterials

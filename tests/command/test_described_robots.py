@@ -32,8 +32,8 @@ from pneumorph.study import deployed_gait
 from pneumorph.study.analysis import Walker, analysed_robot
 from pneumorph.study.gait_source import find_gait, names_no_design, robot_of_source
 from pneumorph.study.recorded_walk import recorded_walk
-from pneumorph.study.search import _designs
 from pneumorph.study.search_options import SearchOptions
+from pneumorph.study.search_settings import searched_designs
 from pneumorph.study.training_options import quick_training
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -244,7 +244,7 @@ def test_without_a_usual_design_it_is_told_which_walks(
 
 def test_a_search_of_gaits_has_the_usual_design(robot: Path) -> None:
     asked = layered(SearchOptions(), [{"robot": {"described": str(robot)}}])
-    designs = _designs(asked.search, None)
+    designs = searched_designs(asked.search, None)
     assert designs[asked.search.space.index(Design.parse(DESIGN))] == "expert's design"
 
 

@@ -12,7 +12,7 @@ import pytest
 from helpers.published_pairs import PAPER_PAIRS
 from helpers.run_json import run_json
 
-from pneumorph.catalogue.paper_leg import LegName, pressure_map
+from pneumorph.catalogue.leg_kinds import LegName, pressure_map
 from pneumorph.cli import run
 from pneumorph.command.deploy import DeployOptions
 from pneumorph.gait.gait_file import read_gait
@@ -22,7 +22,7 @@ from pneumorph.hardware.parameter_fit import ParameterFitSettings
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.study.deployed_gait import DeploymentSettings
+from pneumorph.study.deployment_settings import DeploymentSettings
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.unseen_pressure import lowered_pressure_note, unseen_pressure_note
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -22,7 +22,7 @@ PLATE = Path(__file__).parents[2] / "examples" / "plate.toml"
 @pytest.fixture(scope="module")
 def low(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The measured leg as if its snapshots ended at 40 kPa."""
-    part = paper_leg("measured").reduced
+    part = module_of_leg("measured").reduced
     report = part.metadata["report"]
     bend = {name: column[:8] for name, column in report["bend"].items()}
     assert max(bend["pressure_kPa"]) == 40.0
@@ -35,6 +35,8 @@ def test_gaits_and_tasks_end_where_snapshots_do(asked: Asked, low: Path) -> None
     assert asked(f"baseline --part {low}").sweep.gait.amplitude_kPa == 20.0
     assert asked(f"search --part {low}").search.task.maximum_pressure_kPa == 40.0
     assert asked(f"deploy --part {low}").deployment.expert.amplitude_kPa == 20.0
+    bench = asked(f"bench --part {low}")
+    assert (bench.benchmark.maximum_kPa, bench.expert.amplitude_kPa) == (40.0, 20.0)
     learned = asked(f"coopt --part {low}")
     assert learned.coopt.task.maximum_pressure_kPa == 40.0
     assert learned.baseline.gait.amplitude_kPa == 20.0
@@ -95,7 +97,7 @@ def test_a_usual_leg_in_the_place_of_a_low_one_has_usual_pressures(
     asked: Asked, low: Path, tmp_path: Path
 ) -> None:
     usual, settings = tmp_path / "usual.npz", tmp_path / "own.toml"
-    paper_leg("measured").reduced.save(usual)
+    module_of_leg("measured").reduced.save(usual)
     settings.write_text(f'[robot]\npart = "{low}"\n')
     command = f"coopt --settings {settings}"
     assert asked(command).coopt.task.maximum_pressure_kPa == 40.0

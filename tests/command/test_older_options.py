@@ -10,8 +10,8 @@ import pytest
 from helpers.run_folders import write_run
 
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.leg_kinds import HYPERELASTIC_PRESSURE_MAP
 from pneumorph.catalogue.older_names import current_arguments
-from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.fem.material import LegMaterials, Material

@@ -17,7 +17,7 @@ from helpers.synthetic_part import synthetic_reduced_part
 import pneumorph as pm
 from pneumorph.base.layers import _flags, _switched_off, layered
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind, load_default_leg
+from pneumorph.catalogue.leg_kinds import HYPERELASTIC_PRESSURE_MAP, leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_options import RobotOptions

@@ -11,8 +11,9 @@ import pytest
 
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.leg_kinds import leg_kind, paper_leg_mesh
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg, paper_leg_mesh
 from pneumorph.command.mesh import VERB as MESH
 from pneumorph.command.mesh import MeshOptions
 from pneumorph.command.reduce import VERB as REDUCE
@@ -176,10 +177,10 @@ def test_a_leg_that_was_cast_weighs_that_wherever_it_walks(
     full = told.pop("robot").module.full
     paper_kg = 80e-9 * 40.0 * 12.0
     assert full.mass_kg == pytest.approx(1.07e-6 * float(mesh.volumes.sum()) + paper_kg, rel=1e-9)
-    shipped = paper_leg("measured").reduced
+    shipped = module_of_leg("measured").reduced
     scaled = scaled_part(shipped, 1.0, full.mass_kg / shipped.mass)
     own = replace(scaled, metadata={**shipped.metadata, **told})
-    leg = paper_leg("measured", part=own, mesh=mesh, masses=Masses("cast"))
+    leg = module_of_leg("measured", part=own, mesh=mesh, masses=Masses("cast"))
     assert leg.reduced.mass == own.mass
     assert leg.full.mass_kg == full.mass_kg
     assert leg.full.material == options.materials.silicone

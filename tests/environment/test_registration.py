@@ -16,6 +16,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.utils.passive_env_checker import check_action_space, check_observation_space
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -27,7 +28,7 @@ from pneumorph.environment.registration import (
     register_environments,
 )
 from pneumorph.environment.single_crawling_environment import SingleCrawlingEnvironment
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 
 DESIGN = "1.2.0.0.3.0.0.0"
 PLATE = Path(__file__).parents[2] / "examples/plate.toml"

@@ -12,7 +12,8 @@ from helpers.held_leg import held_leg
 from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg_model
+from pneumorph.catalogue.leg_kinds import load_default_leg
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.exchange.sofa_reduction import (
     in_hub_frame,
     read_sofa_reduction,
@@ -35,7 +36,7 @@ from pneumorph.robot.scaled_part import scaled_part
 
 @pytest.fixture(scope="module")
 def model() -> PartModel:
-    return paper_leg_model()
+    return module_of_leg("published").full
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ occ = pytest.importorskip("netgen.occ")
 
 from helpers.box_mesh import box_mesh  # noqa: E402
 
+from pneumorph.catalogue.leg_module import module_of_leg  # noqa: E402
 from pneumorph.catalogue.masses import PRINTED_HUB  # noqa: E402
-from pneumorph.catalogue.paper_leg import paper_leg_model  # noqa: E402
 from pneumorph.catalogue.paper_robot import paper_robot  # noqa: E402
 from pneumorph.fabrication.hub import make_hub  # noqa: E402
 from pneumorph.fabrication.hub_settings import HubSettings  # noqa: E402
@@ -159,7 +159,7 @@ def test_the_hub_gives_little_beside_its_legs(hub: Any) -> None:
     model = hub_model(hub, 0.030, settings)
     found = hub_stiffness(
         model,
-        paper_leg_model(),
+        module_of_leg("published").full,
         PneuNetShape(),
         RadialMounting(),
         settings.largest_force_mN(CARRIED_KG),

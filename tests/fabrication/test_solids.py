@@ -13,7 +13,7 @@ occ = pytest.importorskip("netgen.occ")
 
 
 from pneumorph.base.run_folder import RunFolder  # noqa: E402
-from pneumorph.catalogue.paper_leg import paper_leg_mesh  # noqa: E402
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh  # noqa: E402
 from pneumorph.fabrication.fabricated_solid import checked_surface, made_solids  # noqa: E402
 from pneumorph.fabrication.fabrication_settings import FabricationSettings  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import MEASURED_MATERIALS, load_default_leg
+from pneumorph.catalogue.leg_kinds import MEASURED_MATERIALS, load_default_leg
 from pneumorph.fem.material import Material
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.silicones import (

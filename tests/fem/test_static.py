@@ -15,13 +15,14 @@ from pneumorph.fem.static import (
     raised_equilibrium,
     static_equilibrium,
 )
+from pneumorph.fem.static_tangent import SymmetricTangent
 from pneumorph.geometry.quadratic import quadratic_mesh
 
 
 def test_a_load_that_no_state_bears_is_halved_so_often_and_no_more(monkeypatch):
     part, loads = small_leg(), []
 
-    def never(_part, x, keeping, target, *_):
+    def never(_problem, x, keeping, target, *_):
         loads.append(target)
         return StaticResult(x, False, np.inf, 1, target)
 
@@ -56,7 +57,7 @@ def test_where_a_tangent_is_not_definite_a_step_leads_down_the_energy(raises):
     """A column pressed straight beyond Euler's load: Newton's own step would lead to the saddle."""
     mesh = quadratic_mesh(box_mesh((40.0, 1.0, 1.0), (20, 1, 1)))
     part = PartModel(mesh, Material(1000.0, 0.0, "stable_neo_hookean"), 0.1)
-    solver = static._SymmetricTangent(part, mesh.node_set("left"), "polar")
+    solver = SymmetricTangent(part, mesh.node_set("left"), "polar")
     pressed = mesh.nodes * np.array([0.98, 1.0, 1.0])  # Euler: a strain of 1.3e-4 would do
     down = np.zeros_like(pressed)
     down[mesh.node_set("right"), 2] = 1.0
@@ -73,7 +74,8 @@ def test_where_a_tangent_is_not_definite_a_step_leads_down_the_energy(raises):
 def test_a_search_that_fails_on_indefinite_tangents_is_made_again_with_raised_ones(monkeypatch):
     part, seen = small_leg(), []
 
-    def never(_part, x, keeping, pressure, before, external, kept, solver, *_):
+    def never(problem, x, keeping, pressure, before):
+        solver = problem.solver
         seen.append((solver.raises, before, pressure))
         solver.met_indefinite = True
         return StaticResult(x, solver.raises, 0.0, 7, pressure)
@@ -89,9 +91,9 @@ def test_a_search_that_fails_on_indefinite_tangents_is_made_again_with_raised_on
 def test_a_load_step_begins_with_the_tangent_of_the_equilibrium_that_it_leaves(monkeypatch):
     part, seen, usual = small_leg(), [], static._step
 
-    def step(solver, x, pressure, *rest):
+    def step(problem, x, pressure, *rest):
         seen.append(pressure)
-        return usual(solver, x, pressure, *rest)
+        return usual(problem, x, pressure, *rest)
 
     monkeypatch.setattr(static, "_step", step)
     settings = StaticSettings(load_step_kPa=1.0)
@@ -129,8 +131,8 @@ def test_a_load_that_fails_at_once_is_raised_in_parts(monkeypatch):
     force[-1, 2] = 8.0
 
     def steps_of(limit):
-        def newton(_part, x, keeping, target, before, external, *_):
-            assert external[-1, 2] == pytest.approx(8.0 / 16.0 * target)
+        def newton(problem, x, keeping, target, before):
+            assert problem.external[-1, 2] == pytest.approx(8.0 / 16.0 * target)
             tried.append(target)
             borne = target - before <= limit
             return StaticResult(x + (1.0 if borne else 5.0), borne, 0.0, 1, target)
@@ -185,8 +187,8 @@ def test_steps_that_turn_rubber_inside_out_are_shortened_where_a_load_is_raised_
         within = np.abs(x - part.rest_nodes).max() < furthest
         return inner(self, x, *rest) if within else np.full_like(x, np.nan)
 
-    def step(solver, x, pressure, residual, before, *rest):
-        found, more = usual(solver, x, pressure, residual, before, *rest)
+    def step(problem, x, pressure, residual, before):
+        found, more = usual(problem, x, pressure, residual, before)
         return (found if np.any(before) else 2.0 * found), more
 
     monkeypatch.setattr(PartModel, "internal_force", internal_force)

@@ -13,7 +13,8 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.vented_gait import VentedGait
 from pneumorph.robot.design import Design
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_settings import DeploymentSettings
 
 LEARNED = Path(__file__).parents[2] / "examples/gaits/learned.csv"
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 
-from pneumorph.catalogue.paper_leg import measured_leg_mesh, paper_leg, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import measured_leg_mesh, paper_leg_mesh
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import PAPER_FACE
 from pneumorph.geometry.attachment import attachment_frame, face_of_mesh, mount_pose, same_frame
 from pneumorph.geometry.mesh import MeshError
@@ -55,7 +56,7 @@ def test_of_the_paper_legs_it_is_the_end_of_the_first_tooth() -> None:
     assert same_frame(face_of_mesh(measured_leg_mesh()), PAPER_FACE)
     # The reduced legs, one of which moves where it is tied, say the same without a mesh.
     for name in ("published", "hyperelastic"):
-        found = paper_leg(name, part=paper_leg(name).reduced).face  # type: ignore[arg-type]
+        found = module_of_leg(name, part=module_of_leg(name).reduced).face  # type: ignore[arg-type]
         assert found is not None
         assert same_frame(found, PAPER_FACE)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 
-from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import load_default_leg, paper_leg_mesh
 from pneumorph.geometry.contact_surfaces import ContactSurfaces, surfaces_at
 
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])

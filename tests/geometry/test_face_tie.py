@@ -7,7 +7,7 @@ import pytest
 from helpers.box_mesh import box_mesh
 from scipy.sparse.linalg import splu
 
-from pneumorph.catalogue.paper_leg import measured_leg_mesh
+from pneumorph.catalogue.leg_kinds import measured_leg_mesh
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.face_tie import FaceTie, tied_over_face

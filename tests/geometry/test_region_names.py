@@ -8,7 +8,7 @@ import pytest
 from helpers.box_mesh import box_mesh
 
 from pneumorph.base.artefact import load_artefact
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.material import LegMaterials, Material, Membrane
 from pneumorph.fem.part_ingredients import ingredients, materials_text

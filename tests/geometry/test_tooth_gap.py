@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import measured_leg_mesh, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import measured_leg_mesh, paper_leg_mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.tooth_gap import least_tooth_gap_mm
 

@@ -11,7 +11,7 @@ import pytest
 from helpers.faulty_rig import Pusher
 
 from pneumorph.catalogue.full_options import FullOptions
-from pneumorph.catalogue.paper_leg import (
+from pneumorph.catalogue.leg_kinds import (
     HYPERELASTIC_PRESSURE_MAP,
     LegName,
     paper_leg_mesh,

@@ -34,12 +34,12 @@ from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import save_settings
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM
 from pneumorph.physics.air import Air
 from pneumorph.physics.calibration import Calibration
-from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.study.training_options import TrainingOptions
 from pneumorph.study.training_result import LearnedPair, TrainingResult
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pneumorph.catalogue.paper_leg import load_default_leg
+from pneumorph.catalogue.leg_kinds import load_default_leg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
 from pneumorph.reduction.pod import mass_orthonormalise

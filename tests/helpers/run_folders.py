@@ -10,9 +10,9 @@ import numpy as np
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.robot.design import BASELINE_DESIGN
 
 
 def crawl(action_count: int, seed: int = 0) -> HeldGait:

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import paper_leg, pressure_map
+from pneumorph.catalogue.leg_kinds import pressure_map
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.physics.air import ATMOSPHERE_KPA, REFERENCE_KPA, Air
 from pneumorph.physics.physics import Physics
@@ -157,7 +158,7 @@ def test_the_defaults_against_a_measured_step() -> None:
 def test_chambers_grow_as_the_leg_does() -> None:
     """The default growth is that of the hyperelastic leg, held at its root: to 3 % of its volume
     (a parabola fitted to ten equilibria)."""
-    leg = paper_leg("hyperelastic").reduced
+    leg = module_of_leg("hyperelastic").reduced
     real = np.arange(0.0, 91.0, 15.0)
     simulated = pressure_map("hyperelastic").simulated(real)
     volumes = [

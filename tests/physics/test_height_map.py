@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from helpers.height_field import height_field
 
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.physics.floor import PlaneFloor
 from pneumorph.physics.ground import Ground
-from pneumorph.physics.height_map import HeightMap, height_field
+from pneumorph.physics.height_map import HeightMap
 
 
 def cubic(x, y):

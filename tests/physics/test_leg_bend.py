@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import hyperelastic_leg_mesh, paper_leg, pressure_map
+from pneumorph.catalogue.leg_kinds import hyperelastic_leg_mesh, pressure_map
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.part_model import PartModel
@@ -58,7 +59,7 @@ def test_the_hyperelastic_leg_follows_its_pressure_map(real_kPa, real_deg):
     The map is a line through nine pairs, 2 kPa off (root mean square); a leg bends up to 2 degrees
     further for one kPa.
     """
-    leg, simulated = paper_leg("hyperelastic"), pressure_map("hyperelastic").simulated(real_kPa)
+    leg, simulated = module_of_leg("hyperelastic"), pressure_map("hyperelastic").simulated(real_kPa)
     ((bend_deg, end),) = held_bends(leg.reduced, hyperelastic_leg_mesh(), [float(simulated)])
     assert end.converged
     assert bend_deg == pytest.approx(real_deg, abs=4.0)

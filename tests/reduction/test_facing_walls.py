@@ -10,7 +10,7 @@ from helpers.one_leg import COMMAND, motion_of, thrown
 from helpers.steps_with_contact import step
 from helpers.synthetic_part import rubber_reduced_part
 
-from pneumorph.catalogue.paper_leg import load_default_leg, measured_leg_mesh
+from pneumorph.catalogue.leg_kinds import load_default_leg, measured_leg_mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.tooth_gap import least_tooth_gap_mm, tooth_gaps
 from pneumorph.reduction.blocked_force import blocked_forces

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.fewer_modes import with_fewer_modes
@@ -117,7 +117,7 @@ def test_where_no_few_do_all_stay(whole: ReducedPart, states: np.ndarray) -> Non
 
 def test_a_sampled_sheet_has_fewer_points_too() -> None:
     """The published leg's, of edge-based rotations."""
-    leg = paper_leg("published").reduced
+    leg = module_of_leg("published").reduced
     pressures = np.linspace(0.0, 300.0, 24)
     states = np.array([each.alpha for each in rising_modal_equilibria(leg, pressures)])
     found = fewer_points(leg, states, 5.0 * EcswSettings().hyperreduction_tolerance)

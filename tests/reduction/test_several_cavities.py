@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_mesh, synthetic_part
 
-from pneumorph.catalogue.paper_leg import hyperelastic_leg_mesh, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import hyperelastic_leg_mesh, paper_leg_mesh
 from pneumorph.fem.material import Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticResult

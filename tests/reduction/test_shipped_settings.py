@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.study.reduction_options import ReduceOptions, hyperelastic, measured
 
 PRESETS = {"published": ReduceOptions, "hyperelastic": hyperelastic, "measured": measured}
@@ -27,7 +27,7 @@ def leaves(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, A
 @pytest.mark.parametrize("leg", PRESETS)
 def test_the_leg_was_reduced_with_the_settings_of_its_preset(leg: str) -> None:
     """What an earlier version did not know yet is not in its file."""
-    kept = dict(leaves(paper_leg(leg).reduced.metadata["settings"]))
+    kept = dict(leaves(module_of_leg(leg).reduced.metadata["settings"]))
     asked = dict(leaves(settings_to_dict(PRESETS[leg]().reduction)))
     assert len(kept) >= 12
     assert kept == {name: asked[name] for name in kept}
@@ -36,7 +36,7 @@ def test_the_leg_was_reduced_with_the_settings_of_its_preset(leg: str) -> None:
 def test_terms_of_volumes_that_vanish_by_symmetry_are_zero() -> None:
     """With s symmetric and t antisymmetric modes (s^3 + 3 s t^2) / (s + t)^3 of the terms of a
     symmetric change of volume are there, and the others of an antisymmetric one."""
-    leg = paper_leg("measured").reduced
+    leg = module_of_leg("measured").reduced
     symmetric = leg.metadata["report"]["symmetric_mode_count"]
     other = leg.mode_count - symmetric
     there = (symmetric**3 + 3 * symmetric * other**2) / leg.mode_count**3
@@ -48,7 +48,7 @@ def test_terms_of_volumes_that_vanish_by_symmetry_are_zero() -> None:
 @pytest.mark.parametrize("leg", PRESETS)
 def test_the_leg_saw_the_equilibria_of_its_preset(leg: str) -> None:
     """Evenly spaced in pressure, up to the highest, or to the last that has an equilibrium."""
-    report, asked = paper_leg(leg).reduced.metadata["report"], PRESETS[leg]().snapshots
+    report, asked = module_of_leg(leg).reduced.metadata["report"], PRESETS[leg]().snapshots
     static, blocked = asked.static, asked.blocked
     curves = {"bend": (static.bend_pressure_kPa, static.bend_count)}
     if blocked.count > 0:

@@ -283,7 +283,7 @@ PUBLISHED = WalkSnapshotSettings(robots="all", corner_limit=None, hold_s=1.0)
 
 
 def test_published_protocol_is_every_subset_on_a_closed_tour_of_every_corner():
-    plans = [walk_plan(PUBLISHED, number, 8) for number in range(PUBLISHED.robot_count)]
+    plans = [walk_plan(PUBLISHED, number, 8) for number in range(PUBLISHED.robot_count(8))]
     assert len({tuple(plan.places) for plan in plans}) == 255
     assert {len(plan.places) for plan in plans} == set(range(1, 9))
     for plan in plans:
@@ -294,8 +294,32 @@ def test_published_protocol_is_every_subset_on_a_closed_tour_of_every_corner():
         assert not plan.corners[-1].any()
     # sum over k legs of C(8, k) (15 + 100 * 2^k), 2^k summed by the binomial theorem.
     assert sum(plan.step_count(PUBLISHED) for plan in plans) == 255 * 15 + 100 * (3**8 - 1)
-    with pytest.raises(ValueError, match="are the subsets of 8 places, got 3"):
-        walk_plan(PUBLISHED, 0, 3)
+
+
+def test_every_subset_walks_of_a_hub_of_another_number_of_places(tmp_path):
+    """It once had to have eight."""
+    hub, poses = robot_around_a_box()
+    walk = dataclasses.replace(
+        SETTINGS.walk, robots="all", corner_limit=1, hold_s=0.02, settling_steps=0, record_every=1
+    )
+    settings = dataclasses.replace(
+        SETTINGS, walk=walk, static=dataclasses.replace(SETTINGS.static, load_count=0)
+    )
+    part = synthetic_part((4, 4, 4))
+    collected = collect_snapshots(part, hub, poses, settings, tmp_path)
+    walks = [name for name in collected.sources if name.startswith("walk")]
+    subsets = ["0", "1", "0.1", "2", "0.2", "1.2", "0.1.2"]
+    assert walks == [f"walk {subset}" for subset in subsets]
+
+
+def test_every_subset_of_many_places_is_refused_before_anything_walks(tmp_path):
+    assert PUBLISHED.robot_count(10) == 1023
+    assert WalkSnapshotSettings().robot_count(24) == 6
+    hub, poses = robot_around_a_box()
+    settings = dataclasses.replace(SETTINGS, walk=PUBLISHED)
+    with pytest.raises(ValueError, match="the 4095 subsets of 12 places, expected at most 10"):
+        collect_snapshots(synthetic_part((4, 4, 4)), hub, 4 * poses, settings, tmp_path)
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_robot_of_the_published_protocol_on_a_small_part(tmp_path):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import rubber_part, rubber_reduced_part
 
-from pneumorph.fem.static import StaticSettings, UnstableError, static_answers, static_equilibrium
+from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.fem.static_answers import UnstableError, static_answers
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.reduction.assemble import assemble_reduced_part

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.leg_kinds import leg_kind
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor

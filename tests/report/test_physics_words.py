@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.leg_kinds import leg_kind
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.report.physics_words import physics_name, physics_words
 

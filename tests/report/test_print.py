@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait

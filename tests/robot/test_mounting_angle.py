@@ -11,15 +11,13 @@ from helpers.boxes import box_robot
 
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_identity import tilts_rolled_legs
-from pneumorph.gait.held_gait import HeldGait
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.robot.design import Design
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import robot_in_world
-from pneumorph.study.analysis import Walker
-from pneumorph.study.certified_walks import _made_of
+from pneumorph.study.full_order_identity import certified_walk_identity
 
 NODES = np.array([[-4.0, -1.0, 0.0], [-4.0, 1.0, 2.0], [30.0, 1.0, -2.0], [30.0, -1.0, 3.0]])
 INNER_END = np.array([-4.0, 0.0, 0.0])
@@ -117,5 +115,5 @@ def test_what_was_kept_of_rolled_legs_in_a_tilted_world_is_walked_again() -> Non
     assert not tilts_rolled_legs(rolled, [level])
     assert not tilts_rolled_legs(spec, worlds)
     for each, told in ((rolled, True), (spec, False)):
-        walker = Walker("L1", Design.parse("1.2"), HeldGait.evenly(np.zeros((1, 2)), 0.1), 0)
-        assert ("rolled" in _made_of(each, walker, worlds[1])) is told
+        identity = certified_walk_identity(each, Design.parse("1.2"), 0, worlds[1])
+        assert ("rolled" in identity) is told

@@ -13,8 +13,9 @@ from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.study import deployed_gait
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
 from pneumorph.study.deployed_robot import DeployedRobot
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.gait_source import GaitSource, find_gait
 
 

@@ -22,8 +22,9 @@ from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings
 from pneumorph.hardware.schedule import skipped_note
 from pneumorph.hardware.trial import Trial
 from pneumorph.study import deployed_gait
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
 from pneumorph.study.deployed_robot import DeployedRobot, skipped_notes
+from pneumorph.study.deployment_settings import DeploymentSettings
 
 GAIT = HeldGait(0.5 * np.arange(6.0), np.zeros((6, 1)), 3.0)
 

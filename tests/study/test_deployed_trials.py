@@ -15,7 +15,8 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.deployment import deploy
 from pneumorph.study import deployed_gait
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_settings import DeploymentSettings
 
 GAIT = ExpertGait(period_s=1.0, duration_s=1.0)
 SETTINGS = DeploymentSettings(expert=GAIT, trials=2, model="reduced")

@@ -15,6 +15,7 @@ from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import result_to_dict
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -22,7 +23,6 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.physics import Physics
-from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.simulation.randomisation import Randomisation

@@ -19,7 +19,8 @@ from pneumorph.hardware.deployment_log import read_log
 from pneumorph.hardware.parameter_fit import ParameterFit
 from pneumorph.study import fitted_paths
 from pneumorph.study.calibration_settings import CalibrationSettings
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.fitted_calibration import calibrate
 from pneumorph.study.fitted_paths import fit_notes
 

@@ -17,7 +17,8 @@ from pneumorph.hardware.deployment_log import STOPPED
 from pneumorph.hardware.trial import folders_to_fit, read_trials
 from pneumorph.study import fitted_paths, fitted_valves
 from pneumorph.study.calibration_settings import CalibrationSettings
-from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.fitted_calibration import calibrate
 
 ROBOT = RobotOptions.of("published")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -38,7 +38,7 @@ def test_a_kept_trajectory_is_found_by_its_identity(tmp_path: Path) -> None:
     (animation,) = animations(["two_leg"], 0.2)
     part = synthetic_reduced_part(mode_count=4, cells=(6, 4, 4))
     assert len(part.rest_nodes) > NODE_COUNT
-    model = paper_robot(paper_leg("published", part=part)).reduced(animation.design)
+    model = paper_robot(module_of_leg("published", part=part)).reduced(animation.design)
     trajectory = rollout(model, np.full((20, 3), 45.0))[1]
     store = FullOrderStore((tmp_path / "own", tmp_path / "shipped"))
     kept = store.save("two_leg", "this", trajectory)
@@ -65,7 +65,7 @@ def test_identity_changes_with_anything(tmp_path: Path) -> None:
 def test_a_trajectory_without_nodes_cannot_be_kept() -> None:
     (animation,) = animations(["two_leg"], 0.1)
     part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    model = paper_robot(paper_leg("published", part=part)).reduced(animation.design)
+    model = paper_robot(module_of_leg("published", part=part)).reduced(animation.design)
     bare = rollout(model, np.zeros((2, 3)), record_nodes=False)[1]
     with pytest.raises(ValueError, match="record them"):
         thinned(bare)
@@ -76,7 +76,7 @@ def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
     """Found for the published robot, and for none of another hub, leg or spread of mass."""
     (animation,) = animations([name], 10.0)
     shipped = FullOrderStore(shipped_folders())
-    by_volume = paper_leg("published", materials=LegMaterials(mass_lumping="volume"))
+    by_volume = module_of_leg("published", materials=LegMaterials(mass_lumping="volume"))
 
     def found(robot: RobotSpec) -> bool:
         pair = ModelPair(animation, robot)

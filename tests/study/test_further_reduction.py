@@ -10,9 +10,9 @@ import pytest
 from helpers.synthetic_part import synthetic_mesh, synthetic_part, vibration_modes
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.module_description import ModuleDescription
-from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.material import LegMaterials
@@ -47,7 +47,7 @@ def part() -> ReducedPart:
 def robot(part: ReducedPart | Path, size: float = 1.0, modulus: float | None = None) -> RobotSpec:
     """The paper's, on the leg in a size, under a calibration of a modulus."""
     mesh = synthetic_mesh(CELLS)
-    spec = paper_robot(paper_leg("published", part, mesh, masses=Masses(), size_factor=size))
+    spec = paper_robot(module_of_leg("published", part, mesh, masses=Masses(), size_factor=size))
     return spec.calibrated(Calibration(PressureMap(), modulus_factor=modulus))
 
 

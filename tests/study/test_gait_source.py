@@ -13,7 +13,8 @@ import pytest
 from pneumorph.base.artefact import write_json
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_leg import LegName, pressure_map
+from pneumorph.catalogue.leg_kinds import LegName, pressure_map
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -28,7 +29,7 @@ from pneumorph.learn.sac import Sac, SacSettings
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import GaitSource, find_gait, recalibrated
 
 SETTINGS = CooptSettings(

@@ -19,7 +19,8 @@ from pneumorph.learn.sac import SacSettings
 from pneumorph.learn.settings import quick_settings
 from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design import Design
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.training_run import run_training
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "large_plate.toml"

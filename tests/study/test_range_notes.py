@@ -10,6 +10,7 @@ import pytest
 
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -17,7 +18,7 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.study import baseline as baseline_study
 from pneumorph.study import simulated_walk
 from pneumorph.study.analysis import AnalysisSettings, analyse
@@ -27,7 +28,8 @@ from pneumorph.study.certified_pairs import Band
 from pneumorph.study.evaluation import EvaluationSettings, evaluate
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import robustness
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.simulated_walk import WalkSettings, simulate
 from pneumorph.study.toppled_note import toppled_share
 from pneumorph.study.virtual_reality import VirtualReality

@@ -11,7 +11,8 @@ import pytest
 from helpers.result_example import example
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh, paper_leg, paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import leg_kind, measured_leg_mesh, paper_leg_mesh
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_identity import mounting_identity, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -62,7 +63,7 @@ def test_a_leg_is_reduced_where_it_is_mounted(tmp_path, monkeypatch):
     mesh = paper_leg_mesh()
     away = np.array([10.0, 0.0, -4.0])
     moved = replace(mesh, nodes=mesh.nodes + away, contact_points=mesh.contact_points + away)
-    robot = paper_robot(paper_leg("published", None, moved, LegMaterials()), hub_model="rigid")
+    robot = paper_robot(module_of_leg("published", None, moved, LegMaterials()), hub_model="rigid")
     given = asked_for(monkeypatch, lambda: reduction.reduce(robot, tmp_path))
     full = robot.full("1.1.1.1.1.1.1.1")
     for pose, leg, site in zip(given[2], full.legs, robot.sites, strict=True):
@@ -76,7 +77,9 @@ def test_a_leg_whose_sides_are_meshed_apart_is_told_of_at_once(tmp_path, monkeyp
     """Before there are snapshots; of a mesh with images nothing is said."""
     mesh = paper_leg_mesh()
     for own, told in ((mesh, False), (replace(mesh, mirror_nodes=None, nodes=_skewed(mesh)), True)):
-        robot = paper_robot(paper_leg("published", None, own, LegMaterials()), hub_model="rigid")
+        robot = paper_robot(
+            module_of_leg("published", None, own, LegMaterials()), hub_model="rigid"
+        )
         folder, said = RunFolder(tmp_path / str(told), "reduce"), []
         monkeypatch.setattr(folder.progress, "say", said.append)
         asked_for(monkeypatch, lambda robot=robot, folder=folder: reduction.reduce(robot, folder))
@@ -92,7 +95,7 @@ def _skewed(mesh: Mesh) -> np.ndarray:
 
 def poses_of(mesh: Mesh, folder: Path, monkeypatch) -> tuple[RobotSpec, list[Pose]]:
     """A robot of a leg, and where its legs are while they walk for snapshots."""
-    robot = paper_robot(paper_leg("published", None, mesh, LegMaterials()), hub_model="rigid")
+    robot = paper_robot(module_of_leg("published", None, mesh, LegMaterials()), hub_model="rigid")
     return robot, asked_for(monkeypatch, lambda: reduction.reduce(robot, folder))[2]
 
 
@@ -145,7 +148,7 @@ def stretched(along: float, across: float) -> Mesh:
 def test_the_floor_of_long_legs_is_below_them(tmp_path, monkeypatch):
     """They would begin inside it, and be thrown up; short ones fall as they did."""
     for along, inside in ((1.0, False), (1.6, True)):
-        leg = paper_leg("published", None, stretched(along, 1.0), LegMaterials())
+        leg = module_of_leg("published", None, stretched(along, 1.0), LegMaterials())
         robot = paper_robot(leg, hub_model="rigid")
         given = asked_for(monkeypatch, lambda robot=robot: reduction.reduce(robot, tmp_path))
         points = np.concatenate([pose.apply(leg.full.mesh.contact_points) for pose in given[2]])
@@ -166,7 +169,7 @@ def test_a_robot_that_is_lifted_or_on_uneven_ground_keeps_its_floor() -> None:
 
 def test_legs_that_reach_into_their_neighbours_are_refused_before_snapshots(tmp_path, monkeypatch):
     """Unless no robot walks that has both."""
-    leg = paper_leg("published", None, stretched(1.0, 2.0), LegMaterials())
+    leg = module_of_leg("published", None, stretched(1.0, 2.0), LegMaterials())
     robot = paper_robot(leg, hub_model="rigid")
     never = replace(reduction.shipped_settings("published"), reduction=ReductionSettings())
     with pytest.raises(ValueError, match=r"places \d and \d of a robot .* inside each other"):

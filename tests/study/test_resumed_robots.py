@@ -29,7 +29,8 @@ from pneumorph.study import learned_again as again
 from pneumorph.study import search as searching
 from pneumorph.study import training_run
 from pneumorph.study.learned_again import LearnedAgain, Trained, learned_again
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.training_run import run_training
 from pneumorph.study.training_worlds import TrainingWorlds
 

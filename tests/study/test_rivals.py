@@ -30,7 +30,7 @@ from pneumorph.study.rivals import (
     worlds_of,
 )
 from pneumorph.study.robustness import walks_in_worlds
-from pneumorph.study.search import SearchSettings
+from pneumorph.study.search_settings import SearchSettings
 
 WORLDS = 6
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
-from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import animations
@@ -20,7 +20,7 @@ from pneumorph.trajectory import Trajectory
 def trajectory() -> Trajectory:
     (animation,) = animations(["two_leg"], 0.3)
     part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    model = paper_robot(paper_leg("published", part=part)).reduced(animation.design)
+    model = paper_robot(module_of_leg("published", part=part)).reduced(animation.design)
     return rollout(model, np.full((30, 3), 45.0))[1]
 
 

@@ -18,7 +18,8 @@ from pneumorph.physics.physics import Physics
 from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study import search as study
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_settings import SearchSettings
 
 
 class _WalksError(Exception):
@@ -77,3 +78,13 @@ def test_a_mirror_that_nobody_asked_for_is_not_lost() -> None:
     said = lost_mirror_note(none, start, usual)
     assert said is not None
     assert said.endswith("(space.mirror is none, whatever mirror of [designs] says)")
+
+
+def test_designs_without_their_mirror_images_are_refused_before_anything_walks(
+    tmp_path: Path,
+) -> None:
+    """Once the best of all were ranked only after the whole search, which had left its files."""
+    settings = SearchSettings("random", timesteps=40, space=DesignSpace(exclusions=("0 1",)))
+    with pytest.raises(ValueError, match="mirror"):
+        search(settings, paper_robot("published"), RunFolder(tmp_path, "search"))
+    assert list(tmp_path.iterdir()) == []

@@ -24,9 +24,10 @@ from pneumorph.study import run_beside_search
 from pneumorph.study import search as study
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.robustness import walks_in_worlds
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
 from pneumorph.study.search_findings import DesignsBestGait, SearchFindings
 from pneumorph.study.search_options import SearchOptions
+from pneumorph.study.search_settings import SearchSettings
 
 SEED = 3
 

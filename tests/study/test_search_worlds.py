@@ -14,7 +14,8 @@ from pneumorph.learn.objective import Objective
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
 from pneumorph.study import search as study
-from pneumorph.study.search import SearchSettings, search
+from pneumorph.study.search import search
+from pneumorph.study.search_settings import SearchSettings
 
 
 class _MadeError(Exception):

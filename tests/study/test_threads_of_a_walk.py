@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.full_module import full_module
 
-from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -33,7 +33,7 @@ def test_threads_of_a_walk(
     monkeypatch.setattr(simulated_walk, "recorded_walk", walk)
     robot = paper_robot("published")
     # Of modules that are known as finite elements alone too.
-    module = Module.of_full("a leg", robot.module.full)
+    module = full_module("a leg", robot.module.full)
     sites = tuple(replace(site, modules=(module,)) for site in robot.sites)
     full_order = replace(robot.full_order, thread_count=asked)
     robot = replace(robot, sites=sites, full_order=full_order)

@@ -17,7 +17,7 @@ from pneumorph.fabrication.fabricated_solid import FabricatedSolid
 from pneumorph.fabrication.parts_list import Part
 from pneumorph.fabrication.tube_plan import TubeRun
 from pneumorph.physics.calibration import UsedCalibration
-from pneumorph.study.deployed_gait import DeployedGait, TrialOutcome
+from pneumorph.study.deployment_result import DeployedGait, TrialOutcome
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import FittedCalibration
 from pneumorph.study.made_mesh import MadeMesh

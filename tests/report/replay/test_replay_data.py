@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_leg import load_default_leg
+from pneumorph.catalogue.leg_kinds import load_default_leg
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.page import replay_fragment, script_json
