@@ -1,4 +1,4 @@
-"""Every option of co-optimisation, with the preset of the paper and a quick one."""
+"""Every option of co-optimisation, with the presets of the paper, a quick and a fast one."""
 
 from __future__ import annotations
 
@@ -239,19 +239,18 @@ class CooptSettings(Checked):
         return self.finetuning.round_count(self.timesteps_per_round) * self.timesteps_per_round
 
 
-def paper_settings(seed: int = 0) -> CooptSettings:
+def paper_settings() -> CooptSettings:
     """The paper's experiment: one million timesteps."""
-    return CooptSettings(seed=seed)
+    return CooptSettings()
 
 
-def quick_settings(seed: int = 0) -> CooptSettings:
+def quick_settings() -> CooptSettings:
     """A search of a few minutes: fewer timesteps, each used for more learning.
 
     Few robots side by side and many updates per action, a short warm-up and use of the mirror
     symmetry; the algorithm is the paper's.
     """
     return CooptSettings(
-        seed=seed,
         environment_count=48,
         total_timesteps=20_160,
         task=CrawlingTask(time_limit_is_terminal=False),
@@ -270,47 +269,18 @@ def quick_settings(seed: int = 0) -> CooptSettings:
     )
 
 
-def restarting_settings(seed: int = 0) -> CooptSettings:
+def fast_settings() -> CooptSettings:
     """Twelve short beginnings, the best of which is fine-tuned: two and a half hours on one core.
 
     In the measured physics one long training ends with the gaits that it came upon first
     (`reproduce/long_trainings`), so the time is spent on many as short as the demo's. The last four
     learn from what all before them saw and better the best of it (`reproduce/restarts`).
     """
-    quick = quick_settings(seed)
     return replace(
-        quick,
+        quick_settings(),
         restarts=12,
         pooled_restarts=4,
         finetuning=FinetuningSettings(finalist_count=5, timesteps=7_680),
         shortlist_count=6,
         kept_pair_count=5,
-    )
-
-
-def fast_settings(seed: int = 0) -> CooptSettings:
-    """All 6972 designs in 21 % of the timesteps of the paper's run, fine-tuning included, from one
-    beginning: what the published physics needs (`reproduce/fast_schedule`).
-
-    What saves timesteps: eight updates for each action of all robots (16 thousand in all, one and a
-    half times the paper's), the mirror image of every transition, bootstrapping at the time limit,
-    of which the observation says nothing, and the critic's opinion of designs: when the entropy
-    begins to fall two of five never walked, and most others when the policy knew little. The
-    entropy falls no further than to seven designs; fine-tuning sees to the best of them. The buffer
-    holds mirror images too and so reaches as far back as the paper's.
-    """
-    return CooptSettings(
-        seed=seed,
-        total_timesteps=205_000,
-        task=CrawlingTask(time_limit_is_terminal=False),
-        schedule=EntropySchedule(
-            decay_start_timestep=60_000, decay_end_timestep=205_000, final_entropy=2.0
-        ),
-        finetuning=FinetuningSettings(finalist_count=5, timesteps=7_680),
-        buffer_size=200_000,
-        learning_start_timestep=4_000,
-        updates=8,
-        mirror_transitions=True,
-        expected_scores=True,
-        checkpoint_interval_timesteps=10_000,
     )

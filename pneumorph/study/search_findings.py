@@ -23,7 +23,7 @@ class FoundPair:
     gait: str | None
     """File of the gait, from the run's folder."""
     timestep: int | None
-    """When it was found."""
+    """When it was found: actions of all robots until then."""
     score_cm: float | None = None
     """What it was ranked by; in runs of an earlier version None."""
     achieved: float | None = None
@@ -38,7 +38,8 @@ class DesignsBestGait(FoundPair):
     why: str
     """Why the design is among them: the expert's, L1, asked for, drawn at random."""
     late_gain_cm: float | None
-    """What the last quarter of the search added: where it is much, the search was too short."""
+    """What the last quarter of the search added [cm]: where it is much, the search was too
+    short."""
     policy_distance_cm: float | None
     """How far the learned run's one policy carries the design, without noise [cm forward]."""
     learned_distance_cm: float | None
@@ -62,7 +63,9 @@ class PolicyGap:
     """How much more designs' own gaits achieve than the shared policy does."""
 
     count: int
+    """Of the designs."""
     mean: float
+    """[the goal's unit], as the largest."""
     largest: float
 
 
@@ -75,12 +78,14 @@ class SearchFindings:
     best_distance_cm: float | None
     """In one world; the mean over those of an evaluation where there are several."""
     timesteps: int
+    """Actions of all robots, until the search was over."""
     simulated_s: float
     """Simulated time of all robots [s], until the search was over."""
     notes: tuple[str, ...]
     seed: int
     damping: str
     wall_s: float
+    """Wall time of all [s]."""
     calibration: UsedCalibration | None = None
     designs: tuple[DesignsBestGait, ...] | None = None
     """Of a search for the gaits of designs."""

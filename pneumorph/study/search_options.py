@@ -11,15 +11,15 @@ from pneumorph.base.flags import flat
 from pneumorph.base.idle_settings import within
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.robot_settings import USUAL, asked_regulators, described_robot
+from pneumorph.catalogue.robot_settings import USUAL, described_robot
 from pneumorph.learn.objective import Objective
-from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.brought_gait import highest_pressure_kPa
+from pneumorph.study.brought_learning import brought_learning
 from pneumorph.study.finished_run import FinishedRun, TakenOver
-from pneumorph.study.search import SearchSettings
-from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
+from pneumorph.study.search_settings import SearchSettings
+from pneumorph.study.usual_aim import implied_worlds, other_physics, usual_aim
 
 
 @dataclass(frozen=True)
@@ -41,27 +41,14 @@ class SearchOptions:
         the regulators that a robot's file brings, and the pressures of legs that were reduced
         for lower ones."""
         robot, physics = described_robot(content), other_physics(content, below)
-        of_physics = (
-            {}
-            if physics is None
-            else {"search": usual_aim(physics), "randomisation": usual_worlds(physics)}
-        )
-        of_robot = (
-            {}
-            if robot is None
-            else {
-                "search": {**robot.training_settings(), "usual_design": robot.usual_design},
-                **robot.worlds_settings(),
-            }
-        )
-        if (count := asked_regulators(content, below)) is not None:
-            counted = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
-            of_robot = laid_over(of_robot, {"search": counted})
-        if starts_to_a_side(content, robot):
-            of_robot = laid_over(of_robot, {"search": {"space": {"mirror": "none"}}})
-        highest_kPa = highest_pressure_kPa(content, below, robot)
-        task = {} if highest_kPa is None else {"maximum_pressure_kPa": highest_kPa}
-        return laid_over(laid_over(of_physics, of_robot), {"search": {"task": task}})
+        of_robot = brought_learning(content, below, robot)
+        if robot is not None:
+            of_robot["usual_design"] = robot.usual_design
+        of_physics = {} if physics is None else usual_aim(physics)
+        return {
+            "search": laid_over(of_physics, of_robot),
+            "randomisation": implied_worlds(content, below),
+        }
 
     def idle_settings(self) -> dict[str, str]:
         """As `pneumorph.base.idle_settings` has them: of other methods, of worlds that nobody

@@ -18,20 +18,21 @@ from pneumorph.catalogue.description_notes import damping_note, design_note
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.robot_settings import asked_regulators, described_robot
+from pneumorph.catalogue.robot_settings import described_robot
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import refuse_other_task, refuse_task
 from pneumorph.learn.settings import (
     CooptSettings,
+    fast_settings,
     paper_settings,
     quick_settings,
-    restarting_settings,
 )
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import reduction_digests
-from pneumorph.study.brought_gait import highest_pressure_kPa
+from pneumorph.study.brought_gait import brought_expert
+from pneumorph.study.brought_learning import brought_learning
 from pneumorph.study.certified_candidates import (
     LEAST_WORLD_COUNT,
     CertificateSettings,
@@ -50,7 +51,7 @@ from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_result import TrainingResult, ranked_by
 from pneumorph.study.training_run import run_training
 from pneumorph.study.training_worlds import TrainingWorlds
-from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
+from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
 
 
 @dataclass(frozen=True)
@@ -126,20 +127,17 @@ class TrainingOptions(Checked):
         published physics in one, a robot's file says what its designs, regulators and baseline
         are, robots that start turned to a side have no mirror images, and legs that
         were reduced for lower pressures are inflated to those."""
-        other, robot = other_physics(content, below), described_robot(content)
-        brought = laid_over({} if other is None else _of_physics(other), _of_description(robot))
-        if (count := asked_regulators(content, below)) is not None:
-            of_paper = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
-            gait = {"regulator_count": count}
-            brought = laid_over(brought, {"coopt": of_paper, "baseline": {"gait": gait}})
-        if starts_to_a_side(content, robot):
-            images = {"space": {"mirror": "none"}, "mirror_transitions": False}
-            brought = laid_over(brought, {"coopt": images})
-        highest_kPa = highest_pressure_kPa(content, below, robot)
-        if highest_kPa is None:
-            return brought
-        task, expert = {"maximum_pressure_kPa": highest_kPa}, {"amplitude_kPa": 0.5 * highest_kPa}
-        return laid_over(brought, {"coopt": {"task": task}, "baseline": {"gait": expert}})
+        physics, robot = other_physics(content, below), described_robot(content)
+        learner = brought_learning(content, below, robot)
+        if learner["space"].get("mirror") == "none":
+            learner["mirror_transitions"] = False
+        baseline: dict[str, Any] = {"gait": brought_expert(content, below, robot)}
+        brought: dict[str, Any] = {"coopt": learner, "baseline": baseline}
+        if robot is not None:
+            baseline["design"] = robot.usual_design
+            if worlds := robot.worlds_settings():
+                brought |= {**worlds, "randomize": True}
+        return laid_over({} if physics is None else _of_physics(physics), brought)
 
 
 # Of legs of 40 modes a third of the work, and with a third of their points, which this tolerance
@@ -198,19 +196,7 @@ def quick_training() -> TrainingOptions:
 def fast_training() -> TrainingOptions:
     """A search of two and a half hours: twelve short trainings, of the best of which designs are
     fine-tuned."""
-    return measured_training(restarting_settings(), {"coopt": {"objective": _SHORT_OBJECTIVE}})
-
-
-def _of_description(robot: RobotDescription | None) -> dict[str, Any]:
-    if robot is None:
-        return {}
-    mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
-    worlds = robot.worlds_settings()
-    return {
-        "coopt": {**robot.training_settings(), **mirrored},
-        "baseline": robot.baseline_settings(),
-        **({**worlds, "randomize": True} if worlds else {}),
-    }
+    return measured_training(fast_settings(), {"coopt": {"objective": _SHORT_OBJECTIVE}})
 
 
 PRESETS: dict[str, Callable[[], TrainingOptions]] = {

@@ -52,25 +52,31 @@ class TrainingResult(BestPhase):
 
     best_design: str | None
     best_distance_cm: float | None
+    """Of the first pair, forward [cm]; over worlds the mean; None where no robot survived."""
     best_gait: str | None
+    """File of its gait, from the run's folder."""
     replayed_distance_cm: float | None = None
-    """That of the gait file, walked once more."""
+    """That of the gait file, walked once more in the nominal world [cm]."""
     best_achieved: float | None = None
     """What of the goal the best pair achieved [its unit]; None as there."""
     replayed_achieved: float | None = None
     """What the gait file does."""
     timesteps: int
+    """Actions of all robots."""
     finetuning_timesteps: int
+    """Those of fine-tuning, which the others do not count."""
     evaluation_timesteps: int | None = None
     """Actions of all walks that ranked gaits, which neither of these counts; None where an earlier
     version began."""
     update_count: int
+    """Updates of the networks."""
     failed_episode_count: int
+    """Episodes whose simulation failed."""
     seed: int
     pairs: tuple[LearnedPair, ...]
     """The best design-gait pairs, the highest score first."""
     seen_pairs: tuple[LearnedPair, ...] = ()
-    """The best that were seen before fine-tuning."""
+    """The best that were seen before fine-tuning, the highest score first."""
     restart_scores_cm: tuple[float | None, ...] = ()
     """What the best pair of each beginning scored [cm], where there were several; None where no
     simulation came to its end."""
@@ -80,15 +86,19 @@ class TrainingResult(BestPhase):
     calibration: UsedCalibration | None = None
     leg: PartsSummary | None = None
     wall_s: float
+    """Wall time of all [s]."""
     training_wall_s: float
+    """Of it that of the training [s]."""
     simulate_s: float
-    """Where the wall time of training went, as the next four say."""
+    """Where the wall time of training went, as the next four say [s]."""
     learn_s: float
     log_s: float
     evaluate_s: float
     other_s: float | None = None
     learn_and_log_share: float
+    """Share of learning and logging in the training's wall time, 0 to 1."""
     finetuning_wall_s: float | None = None
+    """Wall time of fine-tuning [s]."""
     randomisation: dict[str, Any] | None = None
     """Distributions of the worlds it was trained in; None for one world."""
     physics: Physics | None = None

@@ -14,20 +14,11 @@ import numpy as np
 
 from pneumorph.base.artefact import ArtefactError, read_json
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.catalogue.mirror_check import unlike_sides_note
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.space_check import check_space
-from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.equal_designs import (
-    check_equal_designs,
-    check_equal_starts,
-    lost_mirror_note,
-)
-from pneumorph.environment.equal_grounds import check_equal_grounds, roughness_note
 from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.environment.training_environment import (
     TaskWrapper,
@@ -50,6 +41,7 @@ from pneumorph.study.certified_rounds import (
     certify_candidates,
     forget_certificate,
 )
+from pneumorph.study.checked_designs import check_designs
 from pneumorph.study.learned_again import Trained
 from pneumorph.study.learning_robots import learning_and_judged, learning_robots
 from pneumorph.study.own_task import OwnTask, environments_of, keeps_usual_reward, task_name
@@ -97,19 +89,15 @@ def run_training(
         demonstrations: Gaits that learning is shown, see `Training`.
 
     Raises:
-        ValueError: The folder holds a training already, designs count as one that the goal or the
-            start tells apart, no design uses one of the regulators, task and robot have different
-            numbers of them, designs walk in another number of worlds than are drawn, the robot
-            cannot be in these worlds (as of `check_worlds`), or the environment is none for these
-            settings.
+        ValueError: The folder holds a training already, designs, task, robot and worlds do not go
+            together (as of `check_designs`), designs walk in another number of worlds than are
+            drawn, or the environment is none for these settings.
     """
     start = time.monotonic()
-    checked = _check(settings, spec, folder, resume, worlds, baseline, certificate)
     name = None if own_task is None else task_name(own_task)
-    if keeps_usual_reward(own_task) or settings.sided_reward:
-        poses = [site.pose for site in spec.sites]
-        check_equal_designs(settings.space, settings.task.goal, settings.sided_reward, poses)
-    elif settings.space.symmetries:
+    by_goal = keeps_usual_reward(own_task) or settings.sided_reward
+    checked = _check(settings, spec, folder, resume, worlds, baseline, certificate, by_goal)
+    if settings.space.symmetries and not by_goal:
         folder.progress.say(
             f"{name} is taken to reward designs alike that count as one by designs.same of the "
             "robot's file or space.symmetries: only you know whether its step does"
@@ -149,8 +137,6 @@ def run_training(
             made.step(np.zeros((made.num_envs, settings.task.regulator_count), np.float32))
         provenance |= {"terms": [term.said for term in terms]} if terms else {}
         refuse_other_settings(settings, training, provenance)
-    highest_kPa = max(settings.task.maximum_pressure_kPa, 2.0 * baseline.gait.amplitude_kPa)
-    say_unseen_pressure(spec, highest_kPa, folder.progress.say)
     expert = swept(spec, baseline, folder, settings.task.goal)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
@@ -282,42 +268,33 @@ def _check(
     worlds: TrainingWorlds | None,
     baseline: PhaseSweepSettings,
     certificate: CertificateSettings | None,
-) -> list[str]:
+    by_goal: bool,
+) -> tuple[str, ...]:
     wanted, drawn = settings.objective.worlds_per_design, worlds.world_count if worlds else 1
     if wanted > 1 and wanted != drawn:
         raise ValueError(
             f"objective.worlds_per_design is {wanted} and {drawn} worlds are drawn for a round, "
             "expected as many; without --randomize there is one"
         )
-    check_space(spec, settings.space)
-    for each in (worlds, certificate):
-        if each is not None:
-            check_worlds(spec, each.randomisation)
-    settings.space.check_images()
-    poses = [site.pose for site in spec.sites]
-    check_equal_starts(settings.space, spec.physics.start, poses)
-    check_equal_grounds(settings.space, spec.physics, poses)
-    randomised = None if worlds is None else worlds.randomisation
-    redrawn = randomised is not None and randomised.ground_roughness_mm != "0"
-    told = (
-        lost_mirror_note(settings.space, spec.physics.start, spec.allowed_designs),
-        roughness_note(settings.space, spec.physics, redrawn),
-        _of_single_worlds(wanted, drawn),
-        unlike_sides_note(spec.modules) if settings.space.has_mirror else None,
+    notes = check_designs(
+        spec,
+        settings.space,
+        settings.task,
+        folder.progress.say,
+        worlds=None if worlds is None else worlds.randomisation,
+        expert_kPa=2.0 * baseline.gait.amplitude_kPa,
+        by_goal=by_goal,
+        sided_reward=settings.sided_reward,
     )
-    notes = [note for note in told if note is not None]
-    for note in notes:
-        folder.progress.say(note)
+    if certificate is not None:
+        check_worlds(spec, certificate.randomisation)
+    if (single := _of_single_worlds(wanted, drawn)) is not None:
+        folder.progress.say(single)
+        notes = (*notes, single)
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
     for short in _too_short(settings):
         folder.progress.say(short)
-    ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
-    if ours != theirs:
-        raise ValueError(
-            f"the task has {ours} regulators and the simulation {theirs}, expected the same number"
-        )
-    spec.physics.air.check_supply(settings.task.maximum_pressure_kPa)
     if has_checkpoint(folder.path / TRAINING_FOLDER) and not resume:
         raise ValueError(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "

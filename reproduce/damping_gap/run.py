@@ -3,8 +3,9 @@
     python reproduce/damping_gap/run.py
 
 The published one is the run at the paper's scale that is kept. A run that is not there is trained
-by `fast_settings()` and resumed where it was stopped; what is kept of it is objective/. Then each
-one's best five are analysed under both dampings: damping_gap.json and damping_gap.png.
+by the faster schedule (../fast_schedule) and resumed where it was stopped; what is kept of it is
+objective/. Then each one's best five are analysed under both dampings: damping_gap.json and
+damping_gap.png.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pneumorph.base.result import finite
 from pneumorph.base.run_folder import SUMMARY
 from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.learn.settings import fast_settings
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.physics import Damping
 from pneumorph.report.style import (
     BASELINE_COLOUR,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 HERE = Path(os.path.relpath(Path(__file__).parent))
 PAPER_SCALE = HERE.parent / "paper_scale"
 PUBLISHED = load_settings(RobotOptions, HERE.parent / "published.toml")
+SCHEDULE = load_settings(CooptSettings, HERE.parent / "fast_schedule" / "schedule.toml")
 DAMPINGS: tuple[Damping, ...] = ("published", "objective")
 SURVIVES_WITHIN_CM = 1.0
 """The paper calls a distance within 1 cm of the simulated one a strong agreement (section VI-B)."""
@@ -161,7 +163,7 @@ def main(
     runs: dict[Damping, Path] = {"published": published, "objective": objective}
     for damping, run in runs.items():
         if not (run / SUMMARY).exists():
-            coopt = replace(fast_settings(), seed=seed)
+            coopt = replace(SCHEDULE, seed=seed)
             robot = damped(PUBLISHED, damping)
             train_once(TrainingOptions(coopt=coopt, robot=robot), study_folder(run, "coopt"))
         there = FinishedRun.read(run).robot.physics.damping

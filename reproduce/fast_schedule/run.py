@@ -1,4 +1,4 @@
-"""A better schedule: three seeds of `fast_settings()` beside the run at the paper's scale.
+"""A better schedule: three seeds of schedule.toml beside the run at the paper's scale.
 
     python reproduce/fast_schedule/run.py
 
@@ -20,7 +20,7 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.learn.settings import fast_settings
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.report.learning_figures import learning_curves_figure
 from pneumorph.report.style import save_figure
 from pneumorph.study.campaign import CampaignSettings, campaign
@@ -33,6 +33,7 @@ from pneumorph.study.training_result import TrainingResult
 
 HERE = Path(__file__).parent
 PUBLISHED = load_settings(RobotOptions, HERE.parent / "published.toml")
+SCHEDULE = load_settings(CooptSettings, HERE / "schedule.toml")
 WITHIN_CM = 0.5
 
 
@@ -60,7 +61,7 @@ def main(
         "processes" if ray_address is None else "ray", processes, ray_address
     )
     robot = replace(PUBLISHED, executor=executor)
-    asked = CampaignSettings(seeds, run=TrainingOptions(coopt=fast_settings(), robot=robot))
+    asked = CampaignSettings(seeds, run=TrainingOptions(coopt=SCHEDULE, robot=robot))
     if settings is not None:
         asked = load_settings(CampaignSettings, settings, asked)
     # It leaves finished runs alone, whatever the seeds and processes of the last time.

@@ -8,11 +8,11 @@ import math
 
 import pytest
 
-from pneumorph.catalogue.paper_robot import DISK_MASS_KG
-from pneumorph.fem.material import DiskMaterials, LegMaterials
+from pneumorph.catalogue.paper_robot import DISK_MASS_KG, DISK_MATERIAL
+from pneumorph.fem.material import LegMaterials
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
-from pneumorph.learn.settings import fast_settings, paper_settings
+from pneumorph.learn.settings import paper_settings
 from pneumorph.physics.physics import Physics
 
 PAPER = paper_settings()
@@ -61,8 +61,8 @@ PHYSICS = Physics()
         ("table II: silicone", LegMaterials().silicone.poisson_ratio, 0.2),
         ("table II: sheet", LegMaterials().sheet.young_modulus_kPa, 2320.0),
         ("table II: sheet", LegMaterials().sheet.poisson_ratio, 0.49),
-        ("table II: disk", DiskMaterials().body.young_modulus_kPa, 5000.0),
-        ("table II: disk", DiskMaterials().body.poisson_ratio, 0.3),
+        ("table II: disk", DISK_MATERIAL.young_modulus_kPa, 5000.0),
+        ("table II: disk", DISK_MATERIAL.poisson_ratio, 0.3),
         ("table II: leg's mass", LegMaterials().mass_kg, 0.105),
         ("table II: disk's mass", DISK_MASS_KG, 0.075),
         ("table II: friction", PHYSICS.friction, 1.2),
@@ -81,13 +81,3 @@ PHYSICS = Physics()
 )  # fmt: skip
 def test_number_is_the_published_one(where: str, found: object, published: object) -> None:
     assert found == published, where
-
-
-def test_fast_takes_at_most_a_quarter_of_the_papers_timesteps() -> None:
-    fast = fast_settings()
-    finetuning = fast.finetuning.finalist_count * fast.finetuning.round_count(1920) * 1920
-    assert fast.timesteps_per_round == 1920
-    assert fast.round_count * 1920 + finetuning <= PAPER.total_timesteps / 4
-    assert fast.space == PAPER.space
-    # What its description and its pages say: the entropy falls to that of seven designs.
-    assert round(math.exp(fast.schedule.final_entropy)) == 7

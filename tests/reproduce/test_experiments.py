@@ -16,8 +16,8 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import laid_over, load_settings, read_settings_file
 from pneumorph.catalogue.full_options import FullOptions
+from pneumorph.catalogue.leg_kinds import leg_kind
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run

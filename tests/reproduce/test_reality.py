@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pneumorph.base.artefact import read_json
-from pneumorph.catalogue.paper_leg import leg_kind, masses_of
+from pneumorph.catalogue.leg_kinds import leg_kind, masses_of
 
 HERE = Path(__file__).parent.parent.parent / "reproduce" / "reality"
 CHANGES = {

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.cli import run
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.certified_walks import KeptWalk
