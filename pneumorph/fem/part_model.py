@@ -34,6 +34,7 @@ from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.surface import enclosed_centre
 from pneumorph.physics.physics import Rotation
 
@@ -76,6 +77,10 @@ class PartModel:
             each.material.refuse_unused(2)
         regions = [membrane.surface for membrane in membranes]
         names = (cavity,) if isinstance(cavity, str) else tuple(cavity or ())
+        if len(set(names)) < len(names):
+            raise ValueError(
+                f"cavity is {', '.join(names)}, expected each region once: pressure would act twice"
+            )
         check_mesh(mesh, [*regions, *names], cavities=names)
         self.mesh = mesh
         self.material = material
@@ -115,6 +120,26 @@ class PartModel:
         )
         """Where pressure acts: each at its own, or all at one."""
         self._shares = np.ones(len(names))
+
+    def check_cavities(self, some: bool = False) -> None:
+        """Refuse cavities that a reduction would take for others: it has those of the mesh, by
+        their names.
+
+        Args:
+            some: Whether it may have some of them alone, such as for a bend of one chamber.
+
+        Raises:
+            ValueError: They are others, or in another order.
+        """
+        named = cavity_regions(self.mesh)
+        wanted = [name for name in named if name in self.cavity_names] if some else named
+        if list(self.cavity_names) != wanted:
+            raise ValueError(
+                f"cavity is {', '.join(self.cavity_names) or 'none'}, expected what the mesh names "
+                f"so, in this order, {', '.join(named) or 'none'}: a reduced part numbers its "
+                "chambers by these; pass cavity_regions(mesh), or name the mesh's regions cavity, "
+                "cavity_left ..."
+            )
 
     @property
     def cavity_centres_mm(self) -> np.ndarray:

@@ -199,8 +199,6 @@ class Physics(Checked):
         Args:
             points: Its contact points in its own frame, undeformed [mm], (point, 3).
         """
-        if self.start.is_usual:
-            return Pose()
         return self.start.pose(points, self.floor_height_mm if self.ground.is_plane else None)
 
     def floor(self, points: np.ndarray) -> Floor:

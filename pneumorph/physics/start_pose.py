@@ -9,6 +9,10 @@ import numpy as np
 from pneumorph.base.checked import Checked, NotNegative
 from pneumorph.geometry.pose import Pose, rotation_about
 
+PRESSED_MM = 2.0
+"""An upright robot whose legs reach this far below the floor is left there, for they give way; one
+whose legs droop further would be thrown up."""
+
 
 @dataclass(frozen=True)
 class StartPose(Checked):
@@ -18,7 +22,7 @@ class StartPose(Checked):
     The floor stays: forward is its x axis whichever way the robot faces. Turns are about the axes
     of the floor through the robot's origin, roll first, then pitch, then heading. A robot that is
     pitched or rolled starts where it touches the floor, and topples unless it stands so: episodes
-    that are to begin after that settle for longer.
+    that are to begin after that settle for longer. So does one whose legs droop deep below it.
     """
 
     x_mm: float = 0.0
@@ -57,7 +61,8 @@ class StartPose(Checked):
         Args:
             points: Its contact points in its own frame, undeformed [mm], (point, 3).
             height_mm: Height of a level floor, out of which a robot is raised that would start
-                inside it; None for a floor that is put below it.
+                inside it, an upright one by more than `PRESSED_MM`; None for a floor that is put
+                below it.
         """
         turns = [
             rotation_about("z", self.heading_deg),
@@ -67,8 +72,10 @@ class StartPose(Checked):
         rotation = np.linalg.multi_dot(turns)
         lowest = float(np.min(points @ rotation[2], initial=np.inf))
         raised = 0.0
-        if height_mm is not None and not self.is_upright and np.isfinite(lowest):
-            raised = max(height_mm - lowest, 0.0)
+        if height_mm is not None and np.isfinite(lowest):
+            inside = height_mm - lowest - (self.lift_mm if self.is_upright else 0.0)
+            if inside > (PRESSED_MM if self.is_upright else 0.0):
+                raised = inside
         return Pose(rotation, np.array([self.x_mm, self.y_mm, self.lift_mm + raised]))
 
     @property

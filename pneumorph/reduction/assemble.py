@@ -108,7 +108,8 @@ def assemble_reduced_part(
             `stress_fields` of `mixed_sheet.py` makes them; None where its points are sampled.
 
     Raises:
-        ValueError: Shapes disagree, or the part has several membranes.
+        ValueError: Shapes disagree, the part has several membranes, or cavities that its mesh does
+            not name so, or in another order.
     """
     mesh, groups = part.mesh, sampled_groups(part, stress_fields)
     if cubatures is None:
@@ -175,6 +176,7 @@ def assemble_reduced_part(
 
 
 def _check(part: PartModel, modes: np.ndarray, group_count: int, cubature_count: int) -> None:
+    part.check_cavities(some=True)
     nodes = part.mesh.nodes
     if modes.ndim != 3 or modes.shape[:2] != nodes.shape:
         raise ValueError(

@@ -274,8 +274,10 @@ class ReducedPart(ReducedArrays):
             ArtefactError: The mesh, a material, the relaxation, the mass or the number of sheets
                 differs; of a part that knows what it was made of, their thickness or how the mass
                 is shared among nodes.
+            ValueError: The model has other cavities than its mesh names so.
         """
         self.check_mesh(model.mesh)
+        model.check_cavities()
         self._check_sheets(model)
         sheets = [membrane.material for membrane in model.membranes]
         for kind, material, other in zip(

@@ -117,7 +117,7 @@ class BatchedSimulator:
         grounds = {ground: (number, ground.grid()) for number, ground in enumerate(uneven)}
         heights = [floor_height(*each) for each in zip(robots, physics, strict=True)]
         starts = [
-            own.start_pose(robot.standing_points) if not own.start.is_usual else None
+            own.start_pose(robot.standing_points)
             for robot, own in zip(robots, physics, strict=True)
         ]
         batch, parts = self._batch, self._parts

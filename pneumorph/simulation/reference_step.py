@@ -18,6 +18,7 @@ from jaxtyping import Float
 
 from pneumorph.fem.rigid_hub import rotation_of
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.reference_contact import (
@@ -196,15 +197,22 @@ def _leading(
     robot: Robot, physics: Physics, state: ReducedState, rates_before: np.ndarray | None
 ) -> np.ndarray:
     """Modal rates of where each mount's step is linearised, (mount, mode): the mean of the last two
-    where it moves smoothly, and zero elsewhere."""
+    where a part of silicone moves smoothly, and zero elsewhere."""
     damped = physics.damping == "published" or physics.stiffness_damping_s > 0.0
     if rates_before is None or damped:
         return np.zeros_like(state.mode_rates)
     changes = np.linalg.norm(state.mode_rates - rates_before, axis=1)
     allowed = SMOOTH_CHANGE_MM / physics.time_step_s
     masses = np.array([mount.part.mass for mount in robot.mounts])
-    smooth = changes <= allowed * np.sqrt(masses)
+    silicone = np.array([_is_silicone(mount.part) for mount in robot.mounts])
+    smooth = silicone & (changes <= allowed * np.sqrt(masses))
     return np.where(smooth[:, None], 0.5 * (state.mode_rates + rates_before), 0.0)
+
+
+def _is_silicone(part: ReducedPart) -> bool:
+    """Whether a part has anything that parts of measured silicone alone have."""
+    fields = len(part.dilatation_1) + len(part.stretch_1) + len(part.wall_axis)
+    return part.tetrahedron_material.law == "yeoh" or part.relaxation is not None or fields > 0
 
 
 def step_equations(

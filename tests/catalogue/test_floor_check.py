@@ -2,12 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.physics.start_pose import StartPose
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomised_simulator import robot_in_world
 
 DESIGN = "1.0.0.2.2.0.0.1"
 
@@ -37,6 +42,31 @@ def test_what_starts_on_the_floor_above_it_or_is_put_there_walks(spec):
         {"floor_height_mm": 0.0, "ground": Ground(rough=RoughGround(3.0))},
     ):
         assert with_physics(spec, **physics).assembly(DESIGN).mounts
+
+
+@pytest.mark.parametrize("leg", ["published", "measured"])
+@pytest.mark.parametrize("angle_deg", [5.0, 10.0])
+def test_legs_that_droop_deep_carry_the_robot_from_the_start(leg, angle_deg):
+    """Ten degrees began 11.5 mm inside the floor, which threw the published robot's hub up by 56
+    mm: it was in the air when settling ended. Legs that touch the floor bear it, and it sinks."""
+    spec = RobotOptions.of(leg).spec()
+    drooping = with_physics(replace(spec, mounting_angle_deg=angle_deg), floor_height_mm=-5.5)
+    simulator = drooping.simulator([DESIGN])
+    start_mm = simulator.read("position")[0, 2]
+    standing = drooping.assembly(DESIGN).standing_points[:, 2].min()
+    assert start_mm == pytest.approx(-5.5 - standing)
+    full = drooping.full(DESIGN)
+    legs = zip(full.legs, full.initial_state().positions, strict=True)
+    lowest = min((leg.contact_weights @ places)[:, 2].min() for leg, places in legs)
+    assert lowest == pytest.approx(-5.5)
+    simulator.advance(np.zeros((1, drooping.physics.regulator_count)), 15)
+    assert simulator.read("active_contacts")[0] > 0
+    assert simulator.read("position")[0, 2] < start_mm
+    in_world = replace(World.nominal(spec.physics), mounting_angle_deg=angle_deg)
+    level = with_physics(spec, floor_height_mm=-5.5)
+    drawn = robot_in_world(level.assembly(DESIGN), in_world)
+    together = BatchedSimulator([drawn], level.physics, level.stepper, 1, [in_world])
+    assert together.read("position")[0, 2] == pytest.approx(start_mm)
 
 
 def test_a_world_whose_legs_point_down_presses_them_on_the_floor(spec):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.synthetic_part import vibration_modes
 from helpers.two_chambers import two_chamber_leg
 
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
@@ -18,6 +19,7 @@ from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshots import Snapshots
@@ -85,6 +87,29 @@ def test_pressures_add_up_and_their_tangent_is_the_derivative(leg: PartModel) ->
         ValueError, match="got 1 shares of the pressure, expected one for each of 2"
     ):
         leg.inflated_in([1.0])
+
+
+def test_chambers_that_a_reduction_would_take_for_others_are_refused(leg: PartModel) -> None:
+    """It numbers them by the mesh's names: exchanged, its tip went to the other side unsaid."""
+    first, second = leg.cavity_names
+    modes = vibration_modes(leg, 4)
+    reduced = assemble_reduced_part(leg, modes)
+    modes = reduced.modes
+    for number in range(2):
+        alone = leg.inflated_in([float(number == each) for each in range(2)])
+        force = np.einsum("nim,ni->m", modes, alone.pressure_force(leg.rest_nodes, 1.0))
+        gradient = reduced.cavity(number).gradient(np.zeros(4))
+        np.testing.assert_allclose(force, gradient, atol=1e-6 * np.abs(gradient).max())
+    for names in ((second, first), (second,), ()):
+        other = PartModel(leg.mesh, leg.material, leg.mass_kg, leg.membranes, names)
+        said = rf"cavity is {', '.join(names) or 'none'}, expected .*, {first}, {second}: a reduced"
+        with pytest.raises(ValueError, match=said):
+            reduced.check_model(other)
+        if len(names) == 2:  # the bend of one chamber is compared with that of one
+            with pytest.raises(ValueError, match=said):
+                assemble_reduced_part(other, modes)
+    with pytest.raises(ValueError, match=f"cavity is {first}, {first}, expected each region once"):
+        PartModel(leg.mesh, leg.material, leg.mass_kg, leg.membranes, (first, first))
 
 
 def test_the_engine_inflates_each_cavity_as_numpy_does(leg: PartModel) -> None:

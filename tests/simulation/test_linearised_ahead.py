@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from helpers.crawlers import FRESH, PHYSICS
 from helpers.one_leg import COMMAND, HUB, POSE, motion_of, thrown
-from helpers.synthetic_part import rubber_reduced_part
+from helpers.synthetic_part import rubber_reduced_part, synthetic_reduced_part
 from scipy.linalg import eigh
 
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.reduction.modal_equilibrium import modal_tangent, rising_modal_equilibria
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
@@ -72,6 +73,32 @@ def test_a_smooth_step_equals_the_reference(instruction_set, precision, toleranc
         differs.append(largest_difference(expected, at_the_start, simulator) > 1e-6)
     assert sum(differs) > 2  # there is something to be wrong by
     assert not differs[0]
+
+
+@pytest.mark.parametrize("law", ["corotational", "stable_neo_hookean"])
+def test_parts_of_other_laws_begin_where_they_are(law):
+    """However smoothly they move; the reference as the engine. Beside a leg of silicone, which is
+    linearised ahead, as well. Tolerances are those of a smooth step."""
+    other = synthetic_reduced_part(6, law=law)
+    physics = replace(PHYSICS, floor_height_mm=-1e6, pressure_rate_kPa_per_s=1e9, **OBJECTIVE)
+    physics = replace(physics, time_step_s=0.002)
+    stepper = replace(FRESH, linearised="ahead", tangent_tolerance_mm_per_s=0.0)
+    across = Pose(rotation_about("z", 180.0) @ POSE.rotation, POSE.translation * [-1.0, -1.0, 1.0])
+    for parts in ((other,), (other, PART)):
+        mounts = tuple(Mount(*each, (1,)) for each in zip(parts, (POSE, across), strict=False))
+        simulator = BatchedSimulator([Robot(HUB, mounts)], physics, stepper, 1)
+        before, differs = None, []
+        for _ in range(8):
+            state = simulator.state(0)
+            expected, at_the_start = (
+                reference_step(simulator.robots[0], physics, state, COMMAND, rates_before=rates)
+                for rates in (before, None)
+            )
+            before = state.mode_rates
+            simulator.advance(COMMAND[None], 1)
+            assert largest_difference(simulator.state(0), expected, simulator) < 1e-10
+            differs.append(largest_difference(expected, at_the_start, simulator) > 0.0)
+        assert any(differs) == (len(parts) == 2)
 
 
 @pytest.mark.parametrize(
