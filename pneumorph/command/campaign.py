@@ -27,11 +27,12 @@ from pneumorph.study.finished_run import FinishedRun
 def run(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     """Make the runs, and show each on a page."""
     found = campaign(settings, folder)
-    folder.progress.stage("drawing the pages")
-    for each in found.runs:
-        made = FinishedRun.read(folder.path / each.name)
-        if made.settings.get("page", True) and not _has_page(made.folder):
-            page_of_finished(made, folder.progress)
+    made = [FinishedRun.read(folder.path / each.name) for each in found.runs]
+    lacking = [run for run in made if run.settings.get("page", True) and not _has_page(run.folder)]
+    if lacking:
+        folder.progress.stage("drawing the pages")
+    for each in lacking:
+        page_of_finished(each, folder.progress)
     return found
 
 

@@ -55,6 +55,8 @@ class Learned(TrainingResult):
 
     page: str | None = None
     """None where none was asked for, or it could not be written."""
+    page_wall_s: float | None = None
+    """Wall time of drawing it [s], which `wall_s` leaves out, as on the page itself."""
 
 
 def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
@@ -69,7 +71,7 @@ def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
     summary = {"verb": folder.verb, **folder.provenance, **result_to_dict(found)}
     shown = FinishedRun(folder.path, summary, settings_to_dict(options))
     page = page_of_finished(shown, folder.progress)
-    return Learned(**{**vars(found), "wall_s": found.wall_s + time.monotonic() - start}, page=page)
+    return Learned(**vars(found), page=page, page_wall_s=time.monotonic() - start)
 
 
 VERB = Verb(TrainingOptions, run, PRESETS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,16 +72,19 @@ def path_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
     """
     figure = new_figure(5.2, 2.6)
     panels = figure.subplots(1, len(trajectories), squeeze=False, sharex=True, sharey=True)[0]
-    paths = [(each.tracked_point_mm - each.tracked_point_mm[0])[:, :2] / 10
-             for each in trajectories.values()]  # fmt: skip
+    paths, hubs = (
+        [(way(each) - each.tracked_point_mm[0])[:, :2] / 10 for each in trajectories.values()]
+        for way in (attrgetter("tracked_point_mm"), attrgetter("hub_position_mm"))
+    )
     plans = [plan_of_walk(each) for each in trajectories.values()]
-    least, most = _seen_cm(paths, max(_ROBOT_CM, *(0.1 * plan.reach_mm for plan in plans)))
+    reach_cm = max(_ROBOT_CM, *(0.1 * plan.reach_mm for plan in plans))
+    least, most = _seen_cm([*paths, *(hub[-1:] for hub in hubs)], reach_cm)
     for number, (label, trajectory) in enumerate(trajectories.items()):
         axes, colour = panels[number], PATH_COLOURS[number % len(PATH_COLOURS)]
         path_cm = paths[number]
         rotation = trajectory.hub_rotation[-1]
         heading = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
-        x, y = path_cm[-1].tolist()
+        x, y = hubs[number][-1].tolist()  # the plan's origin, where the point need not be
         draw_plan_view(axes, plans[number], (x, y), heading, size_mm=0.1)
         axes.plot(*path_cm.T, color=colour, linewidth=2.0, zorder=3)
         axes.plot(0, 0, "o", color=colour, markersize=4, zorder=3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -99,6 +100,26 @@ def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:
     figure = path_figure({"a": make_trajectory()})
     assert figure.axes[0].lines[0].get_xdata()[-1] == pytest.approx(1.0)
     assert len(bend_figure([0, 100], [0, 30], [0, 31]).axes[0].lines) == 2
+
+
+def test_a_path_ends_at_the_tracked_point_of_the_robot_that_is_drawn(
+    make_trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One whose nose, 60 mm ahead of its origin, is tracked, and that turned to the left."""
+    walk = make_trajectory()
+    rotation = np.array(walk.hub_rotation)
+    rotation[-1] = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    nose = walk.hub_position_mm + rotation @ [60.0, 0.0, 0.0]
+    turned = replace(walk, hub_rotation=rotation, tracked_point_mm=nose)
+    drawn = []
+    monkeypatch.setattr(
+        "pneumorph.report.walk_figures.draw_plan_view",
+        lambda _, plan, place, heading, **size: drawn.append((*place, heading)),
+    )
+    end = path_figure({"a": turned}).axes[0].lines[0].get_xydata()[-1]
+    ((x, y, heading),) = drawn
+    assert heading == pytest.approx(np.pi / 2)
+    np.testing.assert_allclose(end, [x, y + 6.0])
 
 
 def test_a_robot_of_long_reach_is_in_the_picture_of_its_path(
