@@ -69,8 +69,8 @@ class HubDescription(Checked):
     density_g_per_ml: Density | None = None
     """What it is made of [g/ml]; its mass, centre and inertia follow from its shape."""
     wall_mm: Positive | None = None
-    """Thickness of its walls, of a hollow one [mm]; by default it is solid. A mesh with walls is
-    taken as a thin shell. Where the inertia is given, walls only say how it is printed."""
+    """Thickness of its walls, of a hollow one [mm]; by default it is solid. Walls lie inside its
+    outside. Where the inertia is given, walls only say how it is printed."""
     mass_kg: Positive | None = None
     """Its mass, in place of the density [kg], with centre and inertia of its shape unless they are
     given."""
@@ -332,15 +332,10 @@ class HubDescription(Checked):
             return MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, density_g_per_ml)
         if self.shape == "mesh":
             skin = boundary_triangles(mesh.tetrahedra)
-            walls = MassProperties.of_shell(mesh.nodes, skin, self.wall_mm, density_g_per_ml)
-            solid = MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, density_g_per_ml)
-            most_mm = self.wall_mm * solid.mass_kg / walls.mass_kg
-            if self.wall_mm > most_mm:
-                raise ValueError(
-                    f"[hub]: wall_mm is {self.wall_mm:g}, expected at most some {most_mm:.2g}: "
-                    "such walls would weigh more than a solid hub; leave it out for a solid one"
-                )
-            return walls
+            try:
+                return MassProperties.of_shell(mesh.nodes, skin, self.wall_mm, density_g_per_ml)
+            except ValueError as error:
+                raise ValueError(f"[hub]: {error}") from error
         hole = self._solid(self.wall_mm)
         outside, inside = (
             MassProperties.of_tetrahedra(each.nodes, each.tetrahedra, density_g_per_ml)

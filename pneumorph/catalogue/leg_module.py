@@ -198,17 +198,20 @@ class _Leg:
         if not part.metadata.get(REDUCED_SO, False):
             return part
         first = as_made_first(part, self._shape())
-        return _without_rounding(first, self.materials or self._materials_of(first))
+        return _without_rounding(first, self.materials or recorded_materials(first, self.name))
 
     def _recorded_materials(self) -> LegMaterials:
         usual = leg_kind(self.name).materials
-        return usual if self.part is None else self._materials_of(self._reduced_as_made)
+        return usual if self.part is None else recorded_materials(self._reduced_as_made, self.name)
 
-    def _materials_of(self, part: ReducedPart) -> LegMaterials:
-        recorded = part.metadata.get("materials")
-        if recorded is None:
-            return leg_kind(self.name).materials
-        return settings_from_dict(LegMaterials, recorded)
+
+def recorded_materials(part: ReducedPart, name: LegName) -> LegMaterials:
+    """What a reduction says that it was made of; where it says nothing, what the leg that it bends
+    as is made of."""
+    recorded = part.metadata.get("materials")
+    if recorded is None:
+        return leg_kind(name).materials
+    return settings_from_dict(LegMaterials, recorded)
 
 
 def _without_rounding(part: ReducedPart, made_of: LegMaterials) -> ReducedPart:

@@ -30,7 +30,7 @@ from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.leg_kinds import leg_kind, load_default_leg
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.module_description import ModuleDescription
+from pneumorph.catalogue.module_description import ModuleDescription, with_whole_materials
 from pneumorph.catalogue.module_letters import module_letters
 from pneumorph.catalogue.mounting_check import USUAL_TOLERANCE_MM
 from pneumorph.catalogue.part_physics import PhysicsName
@@ -132,7 +132,8 @@ class RobotDescription(Checked, ShownInNotebooks):
 
         Raises:
             FileNotFoundError: No such file.
-            ValueError: As of `of_text`, or no design uses a site or a regulator.
+            ValueError: As of `of_text`, no design uses a site or a regulator, or a part was made of
+                other materials.
         """
         found = cls.of_text(read_text(path, "robot"), path, usual_physics)
         try:
@@ -161,6 +162,12 @@ class RobotDescription(Checked, ShownInNotebooks):
         acting = dict(content.get("physics", {}))
         based_on = acting.pop("based_on", usual_physics)
         content["physics"] = {"based_on": based_on, "changes": acting}
+        modules = content.get("modules")
+        if isinstance(modules, Mapping):
+            content["modules"] = {
+                name: with_whole_materials(each, path.parent, based_on)
+                for name, each in modules.items()
+            }
         try:
             place = {"folder": str(path.parent), "file": str(path)}
             found = settings_from_dict(cls, {**content, **place})
@@ -332,13 +339,16 @@ class RobotDescription(Checked, ShownInNotebooks):
             raise named(f"robot file {self.file}: {error}") from error
 
     def _refuse_unused(self) -> None:
-        """Refuse what no design uses, and a hub that its designs' symmetries move elsewhere.
+        """Refuse what no design uses, a hub that its designs' symmetries move elsewhere, and
+        materials that a module's part was not made of.
 
         Raises:
             ValueError: There is one.
         """
         self.designs.refuse_unused(self.space, self.ring is not None)
         self.space.check_images()
+        for name, each in self.modules.items():
+            each.refuse_other_materials(name, self.own_parts.get(name))
         self.hub.refuse_misplaced(self.designs.mirror, self.designs.same)
 
     @property

@@ -8,8 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.geometry.surface import enclosed_volume, surface_area
+
 KG_PER_MM3 = 1e-6
 """Kilograms in a cubic millimetre of density 1 g/ml."""
+_ONE_PLANE = 1e-6
+"""Squared sine of angles, some 0.1 degrees, below which planes are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,30 +134,39 @@ class MassProperties:
     def of_shell(
         cls, nodes: np.ndarray, triangles: np.ndarray, wall_mm: float, density_g_per_ml: float
     ) -> MassProperties:
-        """Of a surface with thin walls.
+        """Of walls inside a closed surface: what it encloses, less what the surface encloses that
+        lies a wall further in.
 
-        A triangle of area A with corners x_i has the integrals A/3 sum x_i and
-        A/12 (sum x_i x_i^T + s s^T), s = sum x_i.
+        Its planes move in at right angles to themselves: flat faces, edges and corners of three
+        faces do so exactly.
 
         Args:
             nodes: Positions [mm], (node, 3).
-            triangles: Corners, (triangle, 3).
+            triangles: Corners, normals outward, (triangle, 3).
             wall_mm: Thickness [mm].
             density_g_per_ml: Density [g/ml].
 
         Raises:
-            ValueError: The thickness or the density is not positive.
+            ValueError: The thickness or the density is not positive, or walls of such a thickness
+                leave no hollow between them.
         """
         _check_positive("wall_mm", wall_mm)
         _check_positive("density_g_per_ml", density_g_per_ml)
-        corners = nodes[triangles]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        area = 0.5 * np.linalg.norm(normal, axis=1)
-        mass = KG_PER_MM3 * density_g_per_ml * wall_mm * area
-        total = corners.sum(axis=1)
-        second = np.einsum("t,tci,tcj->ij", mass, corners, corners)
-        second += np.einsum("t,ti,tj->ij", mass, total, total)
-        return cls.of_moments(float(mass.sum()), mass @ total / 3.0, second / 12.0)
+        skin, corners = np.unique(triangles, return_inverse=True)
+        triangles = corners.reshape(triangles.shape)
+        outer = nodes[skin] - nodes[skin].mean(axis=0)
+        inwards = _inwards(outer, triangles)
+        most_mm = _solid_from_mm(outer, inwards, triangles)
+        if wall_mm > (1.0 - 1e-6) * most_mm:
+            raise ValueError(
+                f"wall_mm is {wall_mm:g}, expected less than {most_mm:.4g}: such walls would leave "
+                "no hollow between them; leave it out for a solid"
+            )
+        inner = outer + wall_mm * inwards
+        both = np.concatenate([outer[triangles], inner[triangles][:, ::-1]])
+        solids = np.concatenate([np.zeros((len(both), 1, 3)), both], axis=1)
+        walls = cls._of_corners(solids, density_g_per_ml)
+        return replace(walls, centre_mm=walls.centre_mm + nodes[skin].mean(axis=0))
 
     @classmethod
     def of_solid(cls, solid: Any, density_g_per_ml: float) -> MassProperties:
@@ -179,6 +192,39 @@ class MassProperties:
         second = np.einsum("e,eci,ecj->ij", mass, corners, corners)
         second += np.einsum("e,ei,ej->ij", mass, total, total)
         return cls.of_moments(float(mass.sum()), mass @ total / 4.0, second / 20.0)
+
+
+def _inwards(nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """How far each node moves where the triangles about it move in by 1 at right angles to
+    themselves, (node, 3): by least squares over the angles that they have there."""
+    corners = nodes[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    planes, wanted = np.zeros((len(nodes), 3, 3)), np.zeros((len(nodes), 3))
+    for k in range(3):
+        ahead, back = corners[:, (k + 1) % 3] - corners[:, k], corners[:, k - 1] - corners[:, k]
+        across = np.linalg.norm(np.cross(ahead, back), axis=1)
+        angle = np.arctan2(across, np.einsum("ti,ti->t", ahead, back))
+        weighed = angle[:, None] * normals
+        np.add.at(planes, triangles[:, k], np.einsum("ti,tj->tij", weighed, normals))
+        np.add.at(wanted, triangles[:, k], -weighed)
+    solved = np.linalg.pinv(planes, rcond=_ONE_PLANE, hermitian=True)
+    return np.einsum("nij,nj->ni", solved, wanted)
+
+
+def _solid_from_mm(nodes: np.ndarray, inwards: np.ndarray, triangles: np.ndarray) -> float:
+    """Thickness of walls from which on there is no hollow between them [mm]: the volume within,
+    a cubic in it, is nothing or grows again, as of a box that has turned inside out."""
+    volume_mm3 = enclosed_volume(nodes, triangles)
+    unit_mm = volume_mm3 / surface_area(nodes, triangles)
+    at = np.arange(4.0)
+    shares = [
+        enclosed_volume(nodes + unit_mm * each * inwards, triangles) / volume_mm3 for each in at
+    ]
+    cubic = np.polynomial.Polynomial.fit(at, shares, 3).convert()
+    roots = np.concatenate([cubic.roots(), cubic.deriv().roots()])
+    real = roots.real[np.abs(roots.imag) < 1e-4 * np.abs(roots)]
+    return unit_mm * float(min(real[real > 0.0], default=math.inf))
 
 
 def _check_positive(name: str, value: float) -> None:

@@ -13,6 +13,9 @@ from pneumorph.geometry.region_names import NODE_SETS, cavity_regions
 _FLIP = np.array([1.0, -1.0, 1.0])
 _APART = 1e-6
 """Of the longest side: what files round lies below it, what is meshed apart far above."""
+_OTHER_SHAPE = 1e-3
+"""Least moment, over that of all the mass at the box about it, of a shape that is not its own
+mirror image; round faces in coarse facets have less."""
 
 
 def with_mirror_nodes(mesh: Mesh) -> Mesh:
@@ -33,7 +36,8 @@ def with_mirror_nodes(mesh: Mesh) -> Mesh:
 
 
 def mirror_notes(mesh: Mesh) -> tuple[str, ...]:
-    """What to say of a mesh that has no images of its nodes; nothing of others.
+    """What to say of a mesh that has no images of its nodes; nothing of others, and of a shape
+    that is not its own mirror image however it is meshed.
 
     Args:
         mesh: Of a leg or a hub.
@@ -52,10 +56,30 @@ def mirror_notes(mesh: Mesh) -> tuple[str, ...]:
             "for: mirror images of a design walk alike only roughly; move the nodes before the "
             "file is written",
         )
+    if not _may_be_own_image(mesh, middle_mm):
+        return ()  # a mirror image added to its half would be another shape
+    aside = abs(middle_mm) > _APART * mesh.longest_side_mm
+    move = f"move its middle, y = {middle_mm:.4g} mm, to y = 0, " if aside else ""
     return (
         "its left and right are meshed apart: mirror images of a design walk alike only as far as "
-        "the mesh has it; mesh its half y >= 0 and add the mirror image to have them exactly alike",
+        f"the mesh has it; {move}mesh its half y >= 0 and add the mirror image to have them "
+        "exactly alike",
     )
+
+
+def _may_be_own_image(mesh: Mesh, middle_mm: float) -> bool:
+    """Whether what lies to the left of the plane y = `middle_mm` has the volume and the moments up
+    to the third order of what lies to its right: all that are odd in y vanish."""
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    middle = 0.5 * (low + high)
+    middle[1] = middle_mm
+    corners = ((mesh.nodes - middle) / (0.5 * (high - low)))[mesh.tetrahedra]
+    # Points and weights of degree 3: the middle, and one towards each corner.
+    points = np.concatenate([np.full((1, 4), 0.25), np.full((4, 4), 1.0 / 6.0) + np.eye(4) / 3.0])
+    weights = np.outer(mesh.volumes, [-0.8, *[0.45] * 4]) / mesh.volumes.sum()
+    x, y, z = np.einsum("pc,eci->iep", points, corners)
+    odd = [y, x * y, y * z, y**3, x**2 * y, y * z**2, x * y * z]
+    return max(abs(float((weights * each).sum())) for each in odd) < _OTHER_SHAPE
 
 
 def _image_nodes(mesh: Mesh, middle_mm: float) -> np.ndarray | None:

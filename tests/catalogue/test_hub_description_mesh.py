@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,17 @@ HUB = HubDescription("mesh", mesh=Path("hub.npz"), density_g_per_ml=1.2, contact
 def test_a_hubs_mesh_that_is_whole_is_taken(tmp_path: Path) -> None:
     Mesh(BOX.nodes, BOX.tetrahedra).save(tmp_path / "hub.npz")
     assert HUB.spec(tmp_path).mass_kg == pytest.approx(60.0 * 40.0 * 10.0 * 1.2e-6)
+
+
+@pytest.mark.parametrize("wall_mm", [1.0, 2.0, 4.0])
+def test_a_hollow_box_weighs_the_same_as_a_mesh(wall_mm: float, tmp_path: Path) -> None:
+    Mesh(BOX.nodes, BOX.tetrahedra).save(tmp_path / "hub.npz")
+    as_box = HubDescription(
+        "box", 60.0, 40.0, height_mm=10.0, bottom_mm=0.0, density_g_per_ml=1.2, wall_mm=wall_mm
+    )
+    found = replace(HUB, wall_mm=wall_mm).spec(tmp_path)
+    expected = as_box.spec(tmp_path)
+    np.testing.assert_allclose(found.mass_numbers(), expected.mass_numbers(), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(

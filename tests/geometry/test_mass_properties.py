@@ -49,6 +49,71 @@ def test_a_hollow_box_by_differences() -> None:
     np.testing.assert_allclose(found.inertia, expected, atol=1e-12 * mass[0] * 100.0)
 
 
+def box_of(size: np.ndarray, place: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mass and first and second moment about the origin of a cuboid about a place."""
+    mass = 1e-6 * DENSITY * float(np.prod(size))
+    second = mass * (np.diag(size**2) / 12.0 + np.outer(place, place))
+    return mass, mass * place, second
+
+
+@pytest.mark.parametrize("wall_mm", [1.0, 1.2, 2.0, 3.0, 4.0, 5.5])
+def test_walls_of_a_box_lie_inside_it(wall_mm: float) -> None:
+    """Exact: the cuboid less one that is two walls smaller each way, of elements coarser and finer
+    than the wall, and turned."""
+    size, middle = np.array([130.0, 60.0, 16.0]), np.array([65.0, 30.0, 8.0])
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    whole, hole = box_of(size, middle), box_of(size - 2.0 * wall_mm, middle)
+    expected = MassProperties.of_moments(*(a - b for a, b in zip(whole, hole, strict=True)))
+    for cells in ((4, 2, 1), (13, 12, 8)):
+        mesh = box_mesh(size, cells)
+        skin = boundary_triangles(mesh.tetrahedra)
+        found = MassProperties.of_shell(mesh.nodes @ turn.T, skin, wall_mm, DENSITY)
+        assert found.mass_kg == pytest.approx(expected.mass_kg, rel=1e-9)
+        np.testing.assert_allclose(found.centre_mm, turn @ expected.centre_mm, rtol=1e-9)
+        inertia = turn @ expected.inertia @ turn.T
+        np.testing.assert_allclose(found.inertia, inertia, atol=1e-9 * inertia.max())
+
+
+@pytest.mark.parametrize("wall_mm", [1.0, 2.0, 4.0])
+def test_walls_of_an_l_prism_lie_inside_it(wall_mm: float) -> None:
+    """Arms of 20 mm along 60 mm, 16 mm high: also round the corner that points inwards."""
+    mesh = box_mesh(
+        (60.0, 60.0, 16.0), (6, 6, 2), keep=lambda cell: bool(cell[0] < 2 or cell[1] < 2)
+    )
+
+    def prism(inset: float) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        """An arm along x, and what of the one along y is not in it."""
+        low, wide, high = inset, 20.0 - inset, 60.0 - inset
+        corners = [((low, low), (high, wide)), ((low, wide), (wide, high))]
+        return [
+            box_of(
+                np.array([*np.subtract(end, start), 16.0 - 2.0 * inset]),
+                np.array([*(0.5 * np.add(start, end)), 8.0]),
+            )
+            for start, end in corners
+        ]
+
+    whole, hole = ([sum(each) for each in zip(*prism(t), strict=True)] for t in (0.0, wall_mm))
+    expected = MassProperties.of_moments(*(a - b for a, b in zip(whole, hole, strict=True)))
+    skin = boundary_triangles(mesh.tetrahedra)
+    found = MassProperties.of_shell(mesh.nodes, skin, wall_mm, DENSITY)
+    assert found.mass_kg == pytest.approx(expected.mass_kg, rel=1e-9)
+    np.testing.assert_allclose(found.centre_mm, expected.centre_mm, rtol=1e-9)
+    np.testing.assert_allclose(found.inertia, expected.inertia, atol=1e-9 * expected.inertia.max())
+
+
+@pytest.mark.parametrize("size", [(130.0, 60.0, 16.0), (130.0, 16.0, 16.0), (16.0, 16.0, 16.0)])
+@pytest.mark.parametrize("wall_mm", [8.0, 10.0, 31.0, 70.0])
+def test_walls_that_meet_are_refused(size: tuple[float, ...], wall_mm: float) -> None:
+    """Also where two or three sizes have turned inside out."""
+    mesh = box_mesh(size, (2, 2, 2))
+    skin = boundary_triangles(mesh.tetrahedra)
+    assert MassProperties.of_shell(mesh.nodes, skin, 7.99, DENSITY).mass_kg > 0.0
+    with pytest.raises(ValueError, match=f"wall_mm is {wall_mm:g}, expected less than 8: "):
+        MassProperties.of_shell(mesh.nodes, skin, wall_mm, DENSITY)
+
+
 def test_two_boxes_by_the_parallel_axis_theorem() -> None:
     """I = sum (I_k + m_k (d^2 1 - d d^T)): the moments of parts add up about one origin."""
     parts, size = [], np.array([4.0, 3.0, 2.0])

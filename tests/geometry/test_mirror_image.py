@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.box_mesh import box_mesh
 from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.mirror_image import mirror_notes, with_mirror_nodes
+from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.geometry.spread_points import spread_points
 
@@ -120,6 +123,43 @@ def test_a_file_without_images_keeps_its_points(tmp_path) -> None:
     skin = mesh.nodes[np.unique(mesh.surfaces["skin"])]
     chosen = skin[spread_points(skin, 10.0, flat=True)]
     np.testing.assert_array_equal(mesh.contact_points, chosen)
+
+
+def _solid(mesh: Mesh) -> Mesh:
+    """A mesh without regions, its middle at y = 0."""
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    return Mesh(mesh.nodes - [0.0, 0.5 * (low + high)[1], 0.0], mesh.tetrahedra)
+
+
+@pytest.mark.parametrize(
+    "keep",
+    [
+        pytest.param(lambda cell: cell[0] < 2 or cell[1] < 2, id="L"),
+        pytest.param(lambda cell: cell[0] < 2 or cell[1] > 2, id="L turned"),
+        pytest.param(
+            lambda cell: cell[1] in (2, 3) or (cell[0] < 2) == (cell[1] < 2), id="Z, by its turn"
+        ),
+    ],
+)
+def test_a_shape_that_is_another_ones_image_is_not_told_to_be_mirrored(
+    keep: Callable[[np.ndarray], bool],
+) -> None:
+    """A half of it and that half's mirror image would be a third shape."""
+    cells = (6, 6, 2)
+    mesh = _solid(box_mesh((60.0, 60.0, 16.0), cells, keep=lambda cell: bool(keep(cell))))
+    assert mirror_notes(mesh) == ()
+
+
+def test_a_box_and_a_disk_that_are_meshed_apart_are_told_the_way() -> None:
+    occ = pytest.importorskip("netgen.occ")
+    round_disk = occ.Cylinder(occ.Pnt(5.0, 0.0, 0.0), occ.Z, 40.0, 16.0)
+    for solid in (box((0.0, -30.0, 25.0), (130.0, 60.0, 16.0)), round_disk):
+        mesh = Mesh(*tetrahedralise(solid, MesherSettings(size_mm=12.0)))
+        (note,) = mirror_notes(mesh)
+        assert "mesh its half y >= 0 and add the mirror image" in note
+        assert "move" not in note
+        (note,) = mirror_notes(replace(mesh, nodes=mesh.nodes + np.array([0.0, 50.0, 0.0])))
+        assert "to y = 0, mesh its half y >= 0" in note
 
 
 def test_spread_points_come_with_their_images() -> None:
