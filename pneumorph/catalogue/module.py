@@ -166,6 +166,7 @@ class Module:
 
         Raises:
             ArtefactError: It was made from another mesh or material.
+            ValueError: The finite elements have other cavities than their mesh names so.
         """
         self.reduced.check_model(self.full)
 

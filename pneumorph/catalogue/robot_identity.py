@@ -14,7 +14,9 @@ from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
+from pneumorph.physics.start_pose import PRESSED_MM
 from pneumorph.physics.surfaces import HUB_SURFACE
+from pneumorph.robot.mounting_angle import tilted
 from pneumorph.simulation.randomisation import Randomisation, World
 
 
@@ -90,7 +92,8 @@ def mounting_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str
     """
     rolled = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
     rough = any(world.ground_roughness_mm > 0.0 for world in worlds)
-    return rolled | _outwards_identity(spec) | lifted_identity(spec, rough)
+    drooping = _drooping_identity(spec, worlds)
+    return rolled | drooping | _outwards_identity(spec) | lifted_identity(spec, rough)
 
 
 def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
@@ -101,6 +104,23 @@ def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
     )
     angles = [spec.mounting_angle_deg, *(world.mounting_angle_deg for world in worlds)]
     return rolled and any(angles)
+
+
+def _drooping_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str]:
+    """What is said of robots whose legs may droop so deep that they are put on the floor, inside
+    which earlier versions started them."""
+    own, start = spec.mounting_angle_deg, spec.physics.start
+    angle_deg = own + max([0.0, *(world.mounting_angle_deg for world in worlds)])
+    if angle_deg <= 0.0 or not spec.physics.ground.is_plane or not start.is_upright:
+        return {}
+    lowest = min(
+        float(np.min(pose.apply(module.reduced.contact_points)[:, 2], initial=np.inf))
+        for site in spec.sites
+        for module in site.modules
+        for pose in [tilted(site.pose_of(module), module.reduced.rest_nodes, angle_deg)]
+    )
+    inside = spec.physics.floor_height_mm - lowest - start.lift_mm
+    return {"drooping": "on the floor"} if inside > PRESSED_MM else {}
 
 
 def _outwards_identity(spec: RobotSpec) -> dict[str, str]:

@@ -311,6 +311,7 @@ class RobotSpec(ShownInNotebooks):
 
         Raises:
             ArtefactError: One was made from another mesh or material.
+            ValueError: The finite elements of one have other cavities than its mesh names so.
         """
         for module in self.modules:
             module.check_reduction()

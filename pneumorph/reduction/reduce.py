@@ -303,10 +303,12 @@ def check_settings(
         on_soft_mount: Whether what it is mounted on gives way.
 
     Raises:
-        ValueError: The settings ask for what the part has not.
+        ValueError: The settings ask for what the part has not, or its cavities are not named so by
+            its mesh.
         MeshError: The part has no outer end to tell its bend by, or no face there whose answers
             modes could learn.
     """
+    part.check_cavities(some=True)
     if part.cavities:
         part.mesh.node_set("outer_end_face")
     if settings.stress_limit > 0 and part.membranes:

@@ -48,6 +48,21 @@ def test_robots_of_other_hubs_are_told_apart(leg) -> None:
     assert len({reduction_digest(replace(usual, hub=paper_hub(each))) for each in hubs}) == 1
 
 
+def test_only_robots_that_are_put_on_the_floor_for_their_droop_say_so() -> None:
+    """Usual legs end 7.4 mm above the floor and come down by 1.9 mm a degree: the usual deviation
+    of a degree says nothing, so that what was kept of walks is theirs."""
+    usual = paper_robot("measured")
+    level = World.nominal(usual.physics)
+    for own, drawn, says in ((0.0, -3.0, False), (0.0, 4.0, False), (0.0, 6.0, True),
+                             (4.0, 2.0, True), (6.0, 0.0, True)):  # fmt: skip
+        spec = replace(usual, mounting_angle_deg=own)
+        world = replace(level, mounting_angle_deg=drawn)
+        assert ("drooping" in mounting_identity(spec, [level, world])) == says, (own, drawn)
+    high = replace(usual, physics=replace(usual.physics, start=StartPose(lift_mm=8.0)))
+    deep = replace(level, mounting_angle_deg=6.0)
+    assert mounting_identity(high, [deep]) == {}
+
+
 def test_maps_of_one_name_are_told_apart(tmp_path: Path) -> None:
     file, told = tmp_path / "map.npy", []
     ground = Ground(map=HeightMap(file))
