@@ -5,8 +5,9 @@ in one world must be repeated; one trained over worlds reported means over these
 each pair walks as finite elements, which takes half an hour to an hour (published physics: ten
 minutes) and shows how far the reduction can be trusted for these gaits. Leg, physics and worlds are
 the run's unless a flag says otherwise, such as --physics.friction 0.8; a run without worlds has the
-usual ones of its physics. With --randomize the pairs also walk in worlds drawn from --randomisation
-(friction, modulus, mass, regulator lag and floor slope, written like "U(0.9, 1.5)").
+usual ones of its physics, or those of its robot's file. With --randomize the pairs also walk in
+worlds drawn from --randomisation (friction, modulus, mass, regulator lag and floor slope, written
+like "U(0.9, 1.5)").
 
 With --record or --model full, writes each pair's trajectory and replay.html, which shows them side
 by side. Finished walks of finite elements are kept in full_order, and the same ones are read.

@@ -6,6 +6,7 @@ from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report import page
 from pneumorph.report.learning_figures import AS_IT_STANDS
 from pneumorph.report.page import Section
+from pneumorph.report.physics_words import MEAN_OVER_WORLDS
 from pneumorph.report.sheet import Sheet
 from pneumorph.study.analysis import Analysis
 from pneumorph.study.campaign import Campaign
@@ -22,15 +23,18 @@ def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[S
         """With its unit where goals differ, as the column then has none."""
         return value if alike or value is None else own.said(value)
 
-    drawn, scored = (
-        any(getattr(each, name) for each in found.runs) for name in ("in_drawn_worlds", "ranked_by")
-    )
-    best = "best, mean over worlds of the training" if drawn else "best"
-    expert = "expert's best phase" + (f", {AS_IT_STANDS}" if drawn else "")
+    scored = any(each.ranked_by for each in found.runs)
+    in_worlds = {each.in_drawn_worlds for each in found.runs}
+    over = {True: f", {MEAN_OVER_WORLDS}", False: ""}
+    # A column says it, or where runs differ each row.
+    best = "best" + (over[True] if in_worlds == {True} else "")
+    expert = "expert's best phase" + (f", {AS_IT_STANDS}" if True in in_worlds else "")
+    apart = len(in_worlds) > 1
     runs = page.table(
         ["run", "best design", *["score (cm)"][:scored], *map(named, (best, expert)), "timesteps"],
         [
-            (each.name, each.best_design or "none", *[each.score_cm][:scored],
+            (each.name + (over[each.in_drawn_worlds] if apart else ""),
+             each.best_design or "none", *[each.score_cm][:scored],
              shown(each.counted, each.goal),
              shown(each.baseline_best_distance_cm if each.goal.is_forward
                    else each.baseline_best_achieved, each.goal),
@@ -41,7 +45,7 @@ def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[S
     ranked = {each.ranked_by for each in found.runs}
     title = f"Runs, by {ranked.pop()}" if scored and len(ranked) == 1 else "Runs"
     spread = page.table(
-        ["variant", "runs", *map(named, ("mean best", "least", "most"))],
+        ["variant", "runs", *map(named, (f"mean {best}", "least", "most"))],
         [
             (name, each.run_count, *(shown(value, each.goal) for value in
              (each.mean_best, each.least_best, each.most_best)))

@@ -27,6 +27,7 @@ from pneumorph.report.making_sections import (
     mesh_sections,
 )
 from pneumorph.report.page import Section
+from pneumorph.report.physics_words import MEAN_OVER_WORLDS
 from pneumorph.report.reduction_sections import (
     comparison_sections,
     leg_sections,
@@ -104,14 +105,14 @@ class _OfBestRun(HeadlineNumber):
     """What the best run of a campaign achieved of its own goal: a campaign has none."""
 
     def said(self, found: Campaign, goal: Goal = FORWARD) -> tuple[str, str] | None:
-        """As of any number; in the unit of the best run's goal."""
+        """As of any number; in the unit of the best run's goal, and as a mean where it is one."""
         best = next((each for each in found.runs if each.name == found.best_run), None)
+        number = self.behind(MEAN_OVER_WORLDS) if best and best.in_drawn_worlds else self
         if best is None or best.goal.is_forward:
-            return super().said(found)
+            return HeadlineNumber.said(number, found)
         value = _value(best, "best_achieved")
-        return (
-            None if value is None else (f"{best.goal.label} {self.of_goal}", best.goal.said(value))
-        )
+        of_goal = f"{best.goal.label} {number.of_goal}"
+        return None if value is None else (of_goal, best.goal.said(value))
 
 
 def _value(found: Any, attribute: str) -> Any:

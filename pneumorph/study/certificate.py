@@ -136,7 +136,7 @@ def certify_once(
     folder.progress.stage("recording a median and a bad world")
     record_shown_worlds(spec, walkers[best], worlds, by_pairs[:, best], folder)
     chosen = certified[best]
-    measured = {name: deviation for name, _, deviation in drawn.measured}
+    measured = {name: (value, deviation) for name, value, deviation in drawn.measured}
     could = narrowings(evidence.numbers, np.nan_to_num(by_pairs[:, best]), measured)
     return Certificate(
         run=str(candidates.run),

@@ -30,6 +30,8 @@ def check_designs(
     expert_kPa: float = 0.0,
     by_goal: bool = True,
     sided_reward: bool = False,
+    ranks_images: bool = True,
+    learns: bool = True,
 ) -> tuple[str, ...]:
     """Refuse what does not go together, and say what is to be known before anything walks.
 
@@ -43,6 +45,9 @@ def check_designs(
         by_goal: Whether the goal says what a design is worth; if not, designs that count as one are
             taken to be rewarded alike.
         sided_reward: Whether terms of one's own depend on the side besides.
+        ranks_images: Whether of a design and its mirror image one is ranked, so that both must be
+            of the space.
+        learns: Whether what a design does is learned from, for its mirror image as well.
 
     Returns:
         The notes, which a result keeps.
@@ -65,7 +70,8 @@ def check_designs(
             )
     if worlds is not None:
         check_worlds(robot, worlds)
-    space.check_images()
+    if ranks_images:
+        space.check_images()
     poses, start = [site.pose for site in robot.sites], robot.physics.start
     if by_goal:
         check_equal_designs(space, task.goal, sided_reward, poses)
@@ -76,8 +82,8 @@ def check_designs(
     redrawn = worlds is not None and worlds.ground_roughness_mm != "0"
     told = (
         lost_mirror_note(space, start, robot.allowed_designs),
-        roughness_note(space, robot.physics, redrawn),
-        unlike_sides_note(robot.modules) if space.has_mirror else None,
+        roughness_note(space, robot.physics, redrawn) if learns else None,
+        unlike_sides_note(robot.modules) if learns and space.has_mirror else None,
     )
     notes = tuple(note for note in told if note is not None)
     for note in notes:

@@ -213,6 +213,11 @@ def evaluate(
     notes = _notes(evaluated, run, task.goal) if settings.model == "reduced" else []
     if settings.randomize:
         notes += idle_notes(spec, settings.randomisation)
+        if run.robot.physics_name != "measured" and settings.randomisation == measured_worlds():
+            notes.append(
+                f"the worlds are those of the measured physics, and the run's robots are of "
+                f"{run.robot.physics_name!r}: randomisation says what else they are drawn from"
+            )
     if worlds is not None:
         told = toppled_in_worlds_note("one robot or another", worlds.toppled_share)
         notes += [] if told is None else [told]

@@ -48,7 +48,7 @@ class Narrowings:
 def narrowings(
     numbers: Mapping[str, np.ndarray],
     achieved: np.ndarray,
-    measured: Mapping[str, float] | None = None,
+    measured: Mapping[str, tuple[float, float]] | None = None,
 ) -> Narrowings:
     """What each test of a number that differs would leave of a band.
 
@@ -60,7 +60,7 @@ def narrowings(
     Args:
         numbers: Values in each world by name, each (world,).
         achieved: What is achieved in each [any unit], (world,).
-        measured: Standard deviations of what the worlds agree with already, by the number. A
+        measured: What the worlds agree with already, value and standard deviation by the number. A
             number that is known as well as one reading tells it is not tested again: much of a
             reading's error is in all readings alike.
     """
@@ -73,9 +73,10 @@ def narrowings(
         values = numbers.get(test.number)
         if values is None or np.ptp(values) == 0.0:
             continue
-        deviation = test.deviation_at(float(np.median(values)))
-        if measured.get(test.number, np.inf) <= deviation:
+        found_value, found_deviation = measured.get(test.number, (0.0, np.inf))
+        if found_deviation <= test.deviation_at(found_value) * (1.0 + 1e-9):
             continue
+        deviation = test.deviation_at(float(np.median(values)))
         agreeing = agreement(values, deviation)
         without = np.array([mean_width(agreeing, each) for each in dealt])
         narrowing = float(without.mean()) - mean_width(agreeing, achieved)

@@ -85,7 +85,15 @@ def search(
     drawn = None
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation
-    checked = check_designs(robot, space, task, folder.progress.say, worlds=drawn)
+    checked = check_designs(
+        robot,
+        space,
+        task,
+        folder.progress.say,
+        worlds=drawn,
+        ranks_images=settings.method != "gaits" and task.reward.is_symmetric,
+        learns=False,
+    )
     worlds: TrainingWorlds | None = None
     idle: tuple[str, ...] = ()
     if drawn is not None:

@@ -77,7 +77,9 @@ def test_the_first_number_of_a_turning_robot_is_its_turn() -> None:
 
 def test_the_first_number_of_a_campaign_is_of_its_best_runs_goal() -> None:
     turn = Goal("turn_left", cm_per_unit=0.1)
-    run = replace(example(CampaignRun), name="run-0", goal=turn, best_achieved=47.9)
+    run = replace(
+        example(CampaignRun), name="run-0", goal=turn, best_achieved=47.9, in_drawn_worlds=False
+    )
     found = replace(
         example(Campaign),
         best_run="run-1",
@@ -90,6 +92,9 @@ def test_the_first_number_of_a_campaign_is_of_its_best_runs_goal() -> None:
     assert first.said(crawled) == ("distance of the best pair", "1.2 cm")
     none = replace(found, best_run=None, best_distance_cm=None)
     assert first.said(none) is None
+    drawn = replace(found, runs=tuple(replace(each, in_drawn_worlds=True) for each in found.runs))
+    over = "of the best pair, mean over the training's worlds"
+    assert first.said(drawn) == (f"turn to the left {over}", "61°")
 
 
 def test_what_runs_of_different_goals_achieved_has_its_unit_beside_it() -> None:
@@ -122,10 +127,22 @@ def test_a_campaign_says_what_ranks_its_runs_and_in_which_worlds() -> None:
     assert runs.title == "Runs, by mean less 1 deviation"
     for head in (
         "score (cm)",
-        "best, mean over worlds of the training (cm)",
+        "best, mean over the training&#x27;s worlds (cm)",
         "expert&#x27;s best phase, world as it stands (cm)",
     ):
         assert f">{head}<" in runs.body
+
+
+def test_runs_in_one_world_and_in_drawn_ones_each_say_which() -> None:
+    run = replace(
+        example(CampaignRun), goal=Goal(), name="one-0", in_drawn_worlds=False, ranked_by=None
+    )
+    drawn = replace(run, name="worlds-0", in_drawn_worlds=True)
+    unused: Any = None
+    runs, *_ = campaign_sections(replace(example(Campaign), runs=(run, drawn)), unused, unused)
+    assert ">best (cm)<" in runs.body
+    assert ">one-0<" in runs.body
+    assert ">worlds-0, mean over the training&#x27;s worlds<" in runs.body
 
 
 @pytest.mark.parametrize("verb", PAGES)

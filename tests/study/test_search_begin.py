@@ -12,8 +12,11 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import lost_mirror_note
+from pneumorph.environment.reward import RewardWeights
 from pneumorph.learn.gait_search import GaitSearchSettings
 from pneumorph.learn.genetic_algorithm import GeneticSettings
+from pneumorph.learn.random_search import RandomSearchSettings
+from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design_space import DesignSpace
@@ -88,3 +91,20 @@ def test_designs_without_their_mirror_images_are_refused_before_anything_walks(
     with pytest.raises(ValueError, match="mirror"):
         search(settings, paper_robot("published"), RunFolder(tmp_path, "search"))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("method", "goal"), [("gaits", "forward"), ("random", "turn_left")])
+def test_searches_that_rank_no_mirror_images_need_none(
+    method: Any, goal: Any, tmp_path: Path
+) -> None:
+    """Nor do they learn anything of a design for its image: rough ground is as good as level."""
+    task = CrawlingTask(action_count=1, action_step_count=5, reward=RewardWeights(goal=goal))
+    settings = SearchSettings(
+        method, timesteps=8, random_design_count=1, environment_count=4, task=task,
+        space=DesignSpace(exclusions=("0 1",)), gaits=GaitSearchSettings(population=4),
+        random=RandomSearchSettings(population=4), finalist_count=2,
+    )  # fmt: skip
+    rough = Physics(ground=Ground(rough=RoughGround(roughness_mm=1.0)))
+    found = search(settings, paper_robot("published", rough), RunFolder(tmp_path, "search"))
+    assert found.best_design is not None
+    assert not any("mirror" in note for note in found.notes)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.bench_tests import BENCH_TESTS
+from pneumorph.catalogue.bench_tests import BENCH_TESTS, BenchTest
 from pneumorph.catalogue.measured_worlds import UNCERTAINTIES
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study.certified_candidates import unseen_worlds
@@ -138,10 +138,23 @@ def test_what_is_known_as_well_is_not_measured_again() -> None:
     readings know it to 0.019, and a sixth would change that by next to nothing."""
     numbers = {"modulus_factor": np.random.default_rng(6).normal(1.0, 0.1, 200)}
     far = 10.0 * numbers["modulus_factor"]
-    known, vague = (narrowings(numbers, far, {"modulus_factor": each}) for each in (0.019, 0.1))
+    known, vague = (
+        narrowings(numbers, far, {"modulus_factor": (1.0, each)}) for each in (0.019, 0.1)
+    )
     assert (known.tests, worth_measuring(known.tests, known.chance)) == ((), None)
     assert vague == narrowings(numbers, far)
     assert worth_measuring(vague.tests, vague.chance) == "bend at one pressure"
+
+
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_one_reading_is_enough_whatever_worlds_are_drawn_then(test: BenchTest) -> None:
+    """Whose median lies beside the value that was read."""
+    value = 0.5
+    deviation = test.deviation_at(value)
+    for seed in range(20):
+        numbers = {test.number: np.random.default_rng(seed).normal(value, deviation, 64)}
+        could = narrowings(numbers, numbers[test.number], {test.number: (value, deviation)})
+        assert could.tests == ()
 
 
 def test_chance_names_a_test_in_one_of_twenty() -> None:
