@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
-from pneumorph.physics.start_pose import PRESSED_MM
 from pneumorph.physics.surfaces import HUB_SURFACE
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.simulation.randomisation import Randomisation, World
@@ -73,6 +72,8 @@ def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict
     rough = drawn is not None and drawn.distributions["ground_roughness_mm"].highest > 0.0
     ground = spec.physics.ground.file_identity() | _outwards_identity(spec)
     ground |= lifted_identity(spec, rough)
+    drawn_deg = 0.0 if drawn is None else drawn.distributions["mounting_angle_deg"].highest
+    ground |= _drooping_identity(spec, max(drawn_deg, 0.0), "reduced")
     if spec.name is not None or len(spec.modules) > 1:
         return ground
     numbers = spec.hub.mass_numbers()
@@ -82,17 +83,22 @@ def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict
     return {"hub_mass": f"{1e3 * spec.hub.mass_kg:.6g} g ({content})", **ground}
 
 
-def mounting_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str]:
+def mounting_identity(
+    spec: RobotSpec, worlds: Iterable[World], model: Literal["reduced", "full"] = "reduced"
+) -> dict[str, str]:
     """What is said of modules that earlier versions mounted otherwise, and of robots that they
     started at another height; nothing of others.
 
     Args:
         spec: The robot.
         worlds: Where it walks.
+        model: As what.
     """
+    worlds = list(worlds)
     rolled = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
     rough = any(world.ground_roughness_mm > 0.0 for world in worlds)
-    drooping = _drooping_identity(spec, worlds)
+    drawn_deg = max([0.0, *(world.mounting_angle_deg for world in worlds)])
+    drooping = _drooping_identity(spec, drawn_deg, model)
     return rolled | drooping | _outwards_identity(spec) | lifted_identity(spec, rough)
 
 
@@ -106,21 +112,24 @@ def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
     return rolled and any(angles)
 
 
-def _drooping_identity(spec: RobotSpec, worlds: Iterable[World]) -> dict[str, str]:
-    """What is said of robots whose legs may droop so deep that they are put on the floor, inside
-    which earlier versions started them."""
-    own, start = spec.mounting_angle_deg, spec.physics.start
-    angle_deg = own + max([0.0, *(world.mounting_angle_deg for world in worlds)])
-    if angle_deg <= 0.0 or not spec.physics.ground.is_plane or not start.is_upright:
+def _drooping_identity(
+    spec: RobotSpec, drawn_deg: float, model: Literal["reduced", "full"]
+) -> dict[str, str]:
+    """What is said of robots whose legs droop by so much besides, so deep that they are put on the
+    floor, inside which earlier versions started them."""
+    angle_deg, physics = spec.mounting_angle_deg + drawn_deg, spec.physics
+    if angle_deg <= 0.0 or not physics.ground.is_plane or not physics.start.is_upright:
         return {}
-    lowest = min(
-        float(np.min(pose.apply(module.reduced.contact_points)[:, 2], initial=np.inf))
-        for site in spec.sites
-        for module in site.modules
-        for pose in [tilted(site.pose_of(module), module.reduced.rest_nodes, angle_deg)]
-    )
-    inside = spec.physics.floor_height_mm - lowest - start.lift_mm
-    return {"drooping": "on the floor"} if inside > PRESSED_MM else {}
+    lowest = np.inf
+    for site in spec.sites:
+        for module in site.modules:
+            mesh = module.full.mesh if model == "full" else None
+            nodes = module.reduced.rest_nodes if mesh is None else mesh.nodes
+            points = module.reduced.contact_points if mesh is None else mesh.contact_points
+            pose = tilted(site.pose_of(module), nodes, angle_deg)
+            lowest = min(lowest, float(np.min(pose.apply(points)[:, 2], initial=np.inf)))
+    raised = physics.start.raised_mm(lowest, physics.floor_height_mm)
+    return {"drooping": "on the floor"} if raised > 0.0 else {}
 
 
 def _outwards_identity(spec: RobotSpec) -> dict[str, str]:

@@ -7,13 +7,22 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from pneumorph.geometry.surface import enclosed_volume, surface_area
+from pneumorph.geometry.triangle_distance import distance_to
 
 KG_PER_MM3 = 1e-6
 """Kilograms in a cubic millimetre of density 1 g/ml."""
 _ONE_PLANE = 1e-6
 """Squared sine of angles, some 0.1 degrees, below which planes are one."""
+
+_FACING = 0.5
+"""Cosine between a node's way in and a face's normal from which on the face is the other side's:
+faces beside a rounded edge look the other way."""
+_WITHIN = 0.98
+"""Share of the wall within which the other side's face is met: what planes fitted to curved skins
+are off by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +157,7 @@ class MassProperties:
 
         Raises:
             ValueError: The thickness or the density is not positive, or walls of such a thickness
-                leave no hollow between them.
+                leave no hollow between them, or meet where the solid is thinnest.
         """
         _check_positive("wall_mm", wall_mm)
         _check_positive("density_g_per_ml", density_g_per_ml)
@@ -163,6 +172,12 @@ class MassProperties:
                 "no hollow between them; leave it out for a solid"
             )
         inner = outer + wall_mm * inwards
+        if (meets := _first_meeting(outer, inner, triangles, wall_mm)) is not None:
+            place = ", ".join(f"{each:.4g}" for each in nodes[skin][meets])
+            raise ValueError(
+                f"wall_mm is {wall_mm:g}, expected less than half of the thickness everywhere: "
+                f"walls meet at ({place}) mm; thicken that part, or leave wall_mm out for a solid"
+            )
         both = np.concatenate([outer[triangles], inner[triangles][:, ::-1]])
         solids = np.concatenate([np.zeros((len(both), 1, 3)), both], axis=1)
         walls = cls._of_corners(solids, density_g_per_ml)
@@ -225,6 +240,26 @@ def _solid_from_mm(nodes: np.ndarray, inwards: np.ndarray, triangles: np.ndarray
     roots = np.concatenate([cubic.roots(), cubic.deriv().roots()])
     real = roots.real[np.abs(roots.imag) < 1e-4 * np.abs(roots)]
     return unit_mm * float(min(real[real > 0.0], default=math.inf))
+
+
+def _first_meeting(
+    outer: np.ndarray, inner: np.ndarray, triangles: np.ndarray, wall_mm: float
+) -> int | None:
+    """Number of the first node that, moved in by a wall, is within the wall of the other side: of
+    a face that looks the way in which it moved. None where there is none."""
+    corners = outer[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    moved = inner - outer
+    moved /= np.linalg.norm(moved, axis=1, keepdims=True)
+    middle = corners.mean(axis=1)
+    reach = float(np.linalg.norm(corners - middle[:, None], axis=2).max())
+    near = cKDTree(middle).query_ball_point(inner, wall_mm + reach)
+    for node, some in enumerate(near):
+        facing = [each for each in some if normals[each] @ moved[node] > _FACING]
+        if facing and distance_to(inner[node], corners[facing]) < _WITHIN * wall_mm:
+            return node
+    return None
 
 
 def _check_positive(name: str, value: float) -> None:

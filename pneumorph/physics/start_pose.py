@@ -21,8 +21,9 @@ class StartPose(Checked):
 
     The floor stays: forward is its x axis whichever way the robot faces. Turns are about the axes
     of the floor through the robot's origin, roll first, then pitch, then heading. A robot that is
-    pitched or rolled starts where it touches the floor, and topples unless it stands so: episodes
-    that are to begin after that settle for longer. So does one whose legs droop deep below it.
+    pitched or rolled, or whose legs droop more than `PRESSED_MM` below the floor, starts where it
+    touches it. A turned one topples unless it stands so: episodes that are to begin after that
+    settle for longer.
     """
 
     x_mm: float = 0.0
@@ -73,10 +74,20 @@ class StartPose(Checked):
         lowest = float(np.min(points @ rotation[2], initial=np.inf))
         raised = 0.0
         if height_mm is not None and np.isfinite(lowest):
-            inside = height_mm - lowest - (self.lift_mm if self.is_upright else 0.0)
-            if inside > (PRESSED_MM if self.is_upright else 0.0):
-                raised = inside
+            raised = self.raised_mm(lowest, height_mm)
         return Pose(rotation, np.array([self.x_mm, self.y_mm, self.lift_mm + raised]))
+
+    def raised_mm(self, lowest_mm: float, floor_mm: float) -> float:
+        """How much a robot is raised out of a level floor [mm].
+
+        Args:
+            lowest_mm: Height of its lowest contact point as it is turned, without a lift [mm].
+            floor_mm: Height of the floor [mm].
+        """
+        if not self.is_upright:
+            return max(floor_mm - lowest_mm, 0.0)
+        inside = floor_mm - lowest_mm - self.lift_mm
+        return inside if inside > PRESSED_MM else 0.0
 
     @property
     def description(self) -> str:

@@ -308,7 +308,7 @@ def check_settings(
         MeshError: The part has no outer end to tell its bend by, or no face there whose answers
             modes could learn.
     """
-    part.check_cavities(some=True)
+    part.check_cavities(some=not settings.contact_flexibility)
     if part.cavities:
         part.mesh.node_set("outer_end_face")
     if settings.stress_limit > 0 and part.membranes:

@@ -133,7 +133,7 @@ def certified_walk_identity(
         "mounting_angle_deg": spec.mounting_angle_deg,
         "settling_steps": settling_steps,
         "world": None if world is None else world.of_full_order(),
-        **mounting_identity(spec, [world] if world else []),
+        **mounting_identity(spec, [world] if world else [], "full"),
     }
 
 

@@ -71,4 +71,10 @@ def test_legs_that_droop_deep_carry_the_robot_from_the_start(leg, angle_deg):
 
 def test_a_world_whose_legs_point_down_presses_them_on_the_floor(spec):
     drooping = with_physics(replace(spec, mounting_angle_deg=3.0), floor_height_mm=-5.5)
-    assert drooping.assembly(DESIGN).standing_points[:, 2].min() < -6.5
+    points = drooping.assembly(DESIGN).standing_points
+    assert points[:, 2].min() < -6.5
+    # By as much as legs give way; beyond that they are put on the floor.
+    for inside_mm, raised_mm in ((1.99, 0.0), (2.01, 2.01)):
+        floor_mm = float(points[:, 2].min()) + inside_mm
+        start = replace(drooping.physics, floor_height_mm=floor_mm).start_pose(points)
+        assert start.translation[2] == pytest.approx(raised_mm)

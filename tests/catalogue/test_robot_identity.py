@@ -58,6 +58,9 @@ def test_only_robots_that_are_put_on_the_floor_for_their_droop_say_so() -> None:
         spec = replace(usual, mounting_angle_deg=own)
         world = replace(level, mounting_angle_deg=drawn)
         assert ("drooping" in mounting_identity(spec, [level, world])) == says, (own, drawn)
+    for law, says in (("N(0, 1)", False), ("U(-6, 4)", False), ("U(3, 6)", True)):
+        drawn = Randomisation(mounting_angle_deg=law)
+        assert ("drooping" in resume_identity(usual, drawn)) == says, law
     high = replace(usual, physics=replace(usual.physics, start=StartPose(lift_mm=8.0)))
     deep = replace(level, mounting_angle_deg=6.0)
     assert mounting_identity(high, [deep]) == {}

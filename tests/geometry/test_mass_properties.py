@@ -204,3 +204,19 @@ MESH = box_mesh((1.0, 1.0, 1.0), (1, 1, 1))
 def test_bodies_that_cannot_be_are_refused(make: Callable[[], object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_walls_that_meet_in_one_part_alone_are_refused() -> None:
+    """A plate of 4 mm with a post of 20 mm: the plate's hollow turned inside out counted as less
+    than nothing, so that it weighed more than solid."""
+    mesh = box_mesh(
+        (60.0, 60.0, 40.0), (3, 3, 10),
+        keep=lambda cell: bool(cell[2] == 0 or (cell[0] == 1 and cell[1] == 1)),
+    )  # fmt: skip
+    skin = boundary_triangles(mesh.tetrahedra)
+    walls = MassProperties.of_shell(mesh.nodes, skin, 1.5, 1.0)
+    hollow = 57.0 * 57.0 * 1.0 + 17.0 * 17.0 * 36.0  # up to 1.5 mm below both tops
+    assert walls.mass_kg == pytest.approx(1e-6 * (60.0 * 60.0 * 4.0 + 400.0 * 36.0 - hollow))
+    for wall_mm in (2.1, 2.5, 3.0):
+        with pytest.raises(ValueError, match=r"less than half of the thickness.*walls meet at \("):
+            MassProperties.of_shell(mesh.nodes, skin, wall_mm, 1.0)

@@ -16,6 +16,8 @@ from pneumorph.geometry.pose import rotation_about
 from pneumorph.reduction import static_snapshots
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.errors import reduced_bend
+from pneumorph.reduction.reduce import check_settings
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.static_snapshots import (
     GRAVITY_MM_S2,
     StaticSnapshotSettings,
@@ -101,6 +103,16 @@ def test_bend_is_compared_at_the_pressure_of_the_cavity_that_was_inflated() -> N
     both = reduced_bend(*asked)
     assert one.worst_percent < 1.0
     assert both.worst_percent > 20.0
+
+
+def test_some_of_the_cavities_are_refused_before_snapshots_where_points_give_way() -> None:
+    """How they do is found with the whole model, in the end."""
+    usual = synthetic_part((4, 4, 4))
+    mesh = synthetic_mesh((8, 4, 4), wall=4)
+    part = PartModel(mesh, usual.material, usual.mass_kg, usual.membranes, cavity="cavity")
+    check_settings(part, ReductionSettings(contact_flexibility=False))
+    with pytest.raises(ValueError, match=r"cavity is cavity, expected .*, cavity, cavity_outer: a"):
+        check_settings(part, ReductionSettings(contact_flexibility=True))
 
 
 def test_one_cavity_is_inflated_as_it_always_was() -> None:
