@@ -16,6 +16,7 @@ from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.gait.walk import walk
+from pneumorph.learn.failed_walks import with_failed, with_lost
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
@@ -251,6 +252,18 @@ class _Evidence:
         return float(alike.std(ddof=1) * np.sqrt(per_world))
 
 
+def best_on_average(achieved: np.ndarray) -> int:
+    """Number of the gait whose mean is the largest, walks that failed counted as by `with_failed`
+    and `with_lost`: none is the best because it fails where others go backward.
+
+    Args:
+        achieved: In each world [any unit], (world, gait); NaN where the simulation failed.
+    """
+    failed = np.isnan(achieved.T)
+    means = with_failed(np.nan_to_num(achieved.T), failed).mean(axis=1)
+    return int(np.argmax(with_lost(means, failed.all(axis=1))))
+
+
 def _tuned_expert(
     sweep: PhaseSweepSettings,
     spec: RobotSpec,
@@ -271,7 +284,7 @@ def _tuned_expert(
         goal,
         keep=True,
     )
-    best = gaits[int(np.argmax(np.nan_to_num(achieved).mean(axis=0)))]
+    best = gaits[best_on_average(achieved)]
     return Walker(EXPERT, design, best, sweep.settling_step_count), best.phase_deg
 
 
