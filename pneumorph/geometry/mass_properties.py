@@ -136,8 +136,7 @@ class MassProperties:
             ValueError: The density or the volume is not positive.
         """
         _check_positive("density_g_per_ml", density_g_per_ml)
-        corners = np.concatenate([np.zeros((len(triangles), 1, 3)), nodes[triangles]], axis=1)
-        return cls._of_corners(corners, density_g_per_ml)
+        return cls._of_skin(nodes[triangles], density_g_per_ml)
 
     @classmethod
     def of_shell(
@@ -179,8 +178,7 @@ class MassProperties:
                 f"walls meet at ({place}) mm; thicken that part, or leave wall_mm out for a solid"
             )
         both = np.concatenate([outer[triangles], inner[triangles][:, ::-1]])
-        solids = np.concatenate([np.zeros((len(both), 1, 3)), both], axis=1)
-        walls = cls._of_corners(solids, density_g_per_ml)
+        walls = cls._of_skin(both, density_g_per_ml)
         return replace(walls, centre_mm=walls.centre_mm + nodes[skin].mean(axis=0))
 
     @classmethod
@@ -200,6 +198,12 @@ class MassProperties:
         return cls(scale * solid.mass, np.array([centre.x, centre.y, centre.z]), scale * inertia)
 
     @classmethod
+    def _of_skin(cls, corners: np.ndarray, density_g_per_ml: float) -> MassProperties:
+        """Of what triangles with these corners enclose, (triangle, 3, 3), as `of_surface`."""
+        solids = np.concatenate([np.zeros((len(corners), 1, 3)), corners], axis=1)
+        return cls._of_corners(solids, density_g_per_ml)
+
+    @classmethod
     def _of_corners(cls, corners: np.ndarray, density_g_per_ml: float) -> MassProperties:
         edges = corners[:, 1:] - corners[:, :1]
         mass = KG_PER_MM3 * density_g_per_ml * np.linalg.det(edges) / 6.0
@@ -213,8 +217,7 @@ def _inwards(nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """How far each node moves where the triangles about it move in by 1 at right angles to
     themselves, (node, 3): by least squares over the angles that they have there."""
     corners = nodes[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = _unit_normals(corners)
     planes, wanted = np.zeros((len(nodes), 3, 3)), np.zeros((len(nodes), 3))
     for k in range(3):
         ahead, back = corners[:, (k + 1) % 3] - corners[:, k], corners[:, k - 1] - corners[:, k]
@@ -225,6 +228,12 @@ def _inwards(nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         np.add.at(wanted, triangles[:, k], -weighed)
     solved = np.linalg.pinv(planes, rcond=_ONE_PLANE, hermitian=True)
     return np.einsum("nij,nj->ni", solved, wanted)
+
+
+def _unit_normals(corners: np.ndarray) -> np.ndarray:
+    """Of triangles with these corners, (triangle, 3, 3), each of length 1, (triangle, 3)."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
 def _solid_from_mm(nodes: np.ndarray, inwards: np.ndarray, triangles: np.ndarray) -> float:
@@ -248,8 +257,7 @@ def _first_meeting(
     """Number of the first node that, moved in by a wall, is within the wall of the other side: of
     a face that looks the way in which it moved. None where there is none."""
     corners = outer[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = _unit_normals(corners)
     moved = inner - outer
     moved /= np.linalg.norm(moved, axis=1, keepdims=True)
     middle = corners.mean(axis=1)
