@@ -6,6 +6,8 @@ simulated side by side.
 
 Writes phase_sweep.npz and baseline_trajectory.npz, the walk of the best phase.
 
+Of a robot of a file all phases are tried, of the paper's those up to 180 degrees, as in the paper.
+
 Example: pneumorph baseline --phase-step-deg 20 --out runs/baseline
 """
 
@@ -16,10 +18,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_settings import chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.study.baseline import baseline
-from pneumorph.study.brought_gait import brought_gait
+from pneumorph.study.brought_gait import brought_gait, brought_phases
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,8 @@ class BaselineOptions:
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """The design, the regulators and the pressures that the robot brings with it."""
         brought = brought_gait(content, below, None, None, below["sweep"]["gait"])
-        return {"sweep": {"gait": brought.pop("expert"), **brought}}
+        phases = brought_phases(content, chosen_robot(content))
+        return {"sweep": {"gait": brought.pop("expert"), **brought, **phases}}
 
 
 VERB = Verb(

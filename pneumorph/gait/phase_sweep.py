@@ -33,7 +33,7 @@ class PhaseSweepSettings(Checked):
     first_phase_deg: float = 0.0
     """First phase [deg]."""
     last_phase_deg: float = 180.0
-    """Last phase, included [deg]."""
+    """Last phase, included [deg]; robots of a file and goals other than forward bring 359."""
     phase_step_deg: Positive = 10.0
     """Step from one phase to the next [deg]."""
     gait: ExpertGait = field(default_factory=ExpertGait)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pneumorph.base.run_folder import RunFolder
@@ -22,6 +23,7 @@ from pneumorph.trajectory import Trajectory
 
 SWEEP_FILE = "phase_sweep.npz"
 TRAJECTORY_FILE = "baseline_trajectory.npz"
+_SAME_PHASE_DEG = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +55,10 @@ class BestPhase:
 
     @property
     def expert_notes(self) -> tuple[str, ...]:
-        """What to tell of the expert's robot: that it left its legs' snapshots, or toppled."""
-        return walk_notes("The expert's robot", self.baseline_range_ratio, self.baseline_lean_deg)
+        """What to tell of the expert's robot: that it left its legs' snapshots, or toppled, and
+        that phases which were not tried may be better."""
+        notes = walk_notes("The expert's robot", self.baseline_range_ratio, self.baseline_lean_deg)
+        return (*notes, *_phase_notes(self.phases_deg, self.baseline_best_phase_deg))
 
     @property
     def best_achieved_by_expert(self) -> float:
@@ -142,3 +146,16 @@ def swept(
     )
     trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
     return BestPhase.of(sweep, settings.design, goal, trajectory)
+
+
+def _phase_notes(phases_deg: Sequence[float], best_deg: float) -> tuple[str, ...]:
+    """What to tell of a best phase at an end of the phases, which are not the whole circle."""
+    first, last = phases_deg[0], phases_deg[-1]
+    if len(phases_deg) < 3 or best_deg not in (first, last):
+        return ()
+    if last - first + (phases_deg[1] - first) >= 360.0 - _SAME_PHASE_DEG:
+        return ()
+    return (
+        f"the expert's best phase, {best_deg:g} degrees, is at an end of those that were tried, "
+        f"{first:g} to {last:g}: others may be better (first_phase_deg, last_phase_deg)",
+    )

@@ -1,5 +1,5 @@
-"""What robots bring to the gaits that drive them: a design, regulators, and lower pressures for
-legs whose snapshots end below those of the usual gaits."""
+"""What robots bring to the gaits that drive them: a design, regulators, phases to try, and lower
+pressures for legs whose snapshots end below those of the usual gaits."""
 
 from __future__ import annotations
 
@@ -16,10 +16,14 @@ from pneumorph.catalogue.robot_settings import (
     described_robot,
 )
 from pneumorph.catalogue.unseen_pressure import lowest_seen_kPa
+from pneumorph.environment.goal import FORWARD
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study.gait_source import names_no_design
+
+_WHOLE_CIRCLE = {"last_phase_deg": 359.0}
+"""The paper's phases end at half of it: its robot goes further there than anywhere beyond."""
 
 
 def highest_pressure_kPa(
@@ -83,6 +87,18 @@ def brought_gait(
     elif named is not None:  # what a robot brought to the expert's gait was not asked for
         brought["expert"] = _usual_again(below.get("robot", {}), expert_below)
     return brought
+
+
+def brought_phases(
+    content: Mapping[str, Any], described: RobotDescription | None
+) -> dict[str, Any]:
+    """Which phases of the expert's gait a layer of settings brings: all of them for robots of a
+    file and for goals other than the paper's. Arguments as of `highest_pressure_kPa`."""
+    reward: Any = content
+    for group in ("coopt", "task", "reward"):
+        reward = reward.get(group) or {}
+    usual = described is None and reward.get("goal", FORWARD.name) == FORWARD.name
+    return {} if usual else dict(_WHOLE_CIRCLE)
 
 
 def _expert(robot: RobotDescription | None, highest_kPa: float | None) -> dict[str, Any]:

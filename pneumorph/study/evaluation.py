@@ -210,7 +210,8 @@ def evaluate(
     ]
     best = furthest(evaluated)
     survived = best.achieved is not None
-    notes = _notes(evaluated, run, task.goal) if settings.model == "reduced" else []
+    reduced, drawn = settings.model == "reduced", settings.randomize
+    notes = _notes(evaluated, run, task.goal, in_worlds=drawn) if reduced else []
     if settings.randomize:
         notes += idle_notes(spec, settings.randomisation)
         if run.robot.physics_name != "measured" and settings.randomisation == measured_worlds():
@@ -287,13 +288,23 @@ def _in_worlds(
     )
 
 
-def _notes(pairs: Sequence[EvaluatedPair], run: FinishedRun, goal: Goal) -> list[str]:
-    """Remarks where a reduced robot did not repeat what its run reported, or left its range."""
+def _notes(
+    pairs: Sequence[EvaluatedPair], run: FinishedRun, goal: Goal, *, in_worlds: bool
+) -> list[str]:
+    """Remarks where a reduced robot did not repeat what its run reported, or left its range.
+
+    Args:
+        pairs: As they were walked in the world that the physics say.
+        run: Whose they are.
+        goal: What they are to achieve.
+        in_worlds: Whether they walk in drawn worlds besides.
+    """
     notes = own_task_notes(run.own_task, goal)
     if run.has_drawn_worlds:
         notes.append(
             "the run reported distances in worlds drawn at random, these are of the one that the "
-            "physics say: they need not agree (--randomize walks in drawn worlds)"
+            "physics say: they need not agree"
+            + ("" if in_worlds else " (--randomize walks in drawn worlds)")
         )
     for pair in pairs:
         now, then = pair.achieved, pair.reported_achieved

@@ -31,7 +31,7 @@ from pneumorph.learn.settings import (
 )
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import reduction_digests
-from pneumorph.study.brought_gait import brought_expert
+from pneumorph.study.brought_gait import brought_expert, brought_phases
 from pneumorph.study.brought_learning import brought_learning
 from pneumorph.study.certified_candidates import (
     LEAST_WORLD_COUNT,
@@ -131,7 +131,10 @@ class TrainingOptions(Checked):
         learner = brought_learning(content, below, robot)
         if learner["space"].get("mirror") == "none":
             learner["mirror_transitions"] = False
-        baseline: dict[str, Any] = {"gait": brought_expert(content, below, robot)}
+        baseline = {
+            "gait": brought_expert(content, below, robot),
+            **brought_phases(content, robot),
+        }
         brought: dict[str, Any] = {"coopt": learner, "baseline": baseline}
         if robot is not None:
             baseline["design"] = robot.usual_design

@@ -65,6 +65,18 @@ def test_options_for_other_cavities_than_a_module_has_are_refused_as_they_are_re
         other.spec()
 
 
+def test_the_experts_gait_walks_at_every_phase(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = f"baseline --robot {robot} --phase-step-deg 90 --gait.duration-s 1 --gait.period-s 1"
+    out = robot.parent / "baseline"
+    assert run_json(f"{asked} --out {out}", capsys)["phases_deg"] == [0, 90, 180, 270]
+    half = run_json(f"{asked} --last-phase-deg 180 --out {out}", capsys)
+    assert half["phases_deg"] == [0, 90, 180]
+    at_an_end = half["baseline_best_phase_deg"] in (0, 180)
+    assert any("at an end of those that were tried" in each for each in half["notes"]) == at_an_end
+
+
 def test_bench_draws_its_own_designs(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = run_json(
         f"bench engine --robot {robot} --robot-count 3 --action-count 1 --action-steps 5 "

@@ -114,6 +114,7 @@ def test_randomize_draws_from_the_runs_own_worlds(
         found = run_json(
             f"evaluate {run} --randomize --world-count 3 {flags} --out {tmp_path / 'e'}", capsys
         )
+        assert not any("--randomize" in note for note in found["notes"])  # as it was asked for
         robustness: dict[str, Any] = found["robustness"]
         return robustness
 

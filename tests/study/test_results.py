@@ -16,6 +16,7 @@ from pneumorph.base.result import load_result, result_from_dict, result_to_dict,
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.report.verb_pages import PAGES
+from pneumorph.study.baseline import BestPhase
 from pneumorph.study.comparison import Comparison, Kind, NodeErrors
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun
@@ -115,3 +116,24 @@ def test_results_of_before_there_was_a_status_were_completed(kind: type[Any]) ->
     assert result_from_dict(kind, content).status == NONE_SURVIVED
     del content["status"]
     assert result_from_dict(kind, content).status == "completed"
+
+
+@pytest.mark.parametrize(
+    ("phases", "best", "told"),
+    [
+        ((0.0, 90.0, 180.0), 180.0, True),
+        ((0.0, 90.0, 180.0), 90.0, False),
+        ((0.0, 90.0, 180.0, 270.0), 270.0, False),  # the whole circle has no end
+        ((60.0,), 60.0, False),  # nobody asked for a range
+    ],
+)
+def test_a_best_phase_at_an_end_of_those_that_were_tried_is_told(
+    phases: tuple[float, ...], best: float, told: bool
+) -> None:
+    found = BestPhase(
+        baseline_best_distance_cm=1.0,
+        baseline_best_phase_deg=best,
+        phases_deg=phases,
+        distances_cm=(1.0,) * len(phases),
+    )
+    assert bool(found.expert_notes) == told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -166,3 +167,17 @@ def test_a_direction_goes_with_its_goal() -> None:
     before = settings_to_dict(TrainingOptions().coopt)
     before["task"]["reward"]["heading_deg"] = 450.0
     assert settings_from_dict(CooptSettings, before).task.reward.counted.is_forward
+
+
+def test_robots_of_a_file_and_other_goals_try_every_phase() -> None:
+    """Only the paper's robot is known to go forward best at a phase of its first half circle."""
+    usual = quick_training()
+    plate = Path(__file__).parents[2] / "examples" / "plate.toml"
+    turning = {"coopt": {"task": {"reward": {"goal": "turn_left"}}}}
+    whole = tuple(range(0, 360, 20))
+    for asked in ({"robot": {"described": str(plate)}}, turning):
+        assert layered(usual, [asked]).baseline.phases_deg == whole
+        said = {"baseline": {"last_phase_deg": 40.0}}
+        assert layered(usual, [{**asked, **said}]).baseline.phases_deg == (0, 20, 40)
+    assert usual.baseline.phases_deg == tuple(range(0, 181, 20))
+    assert layered(usual, [{"robot": {"based_on": "published"}}]).baseline.last_phase_deg == 180.0
