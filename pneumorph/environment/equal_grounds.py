@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pneumorph.geometry.pose import Pose
+from pneumorph.physics.ground import RoughGround
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.said_symmetry import said_symmetry
@@ -49,7 +51,7 @@ def check_equal_grounds(space: DesignSpace, physics: Physics, poses: Sequence[Po
             )
     if not (space.has_mirror or "mirror" in space.symmetries) or ground.map.path is None:
         return
-    grid = ground.grid()
+    grid = replace(ground, rough=RoughGround()).grid()
     # To the edge that is further away: beyond the nearer one the map goes on level.
     reach = max(float(grid.y_mm[-1] - start.y_mm), float(start.y_mm - grid.y_mm[0]))
     halves = round(2.0 * reach / grid.spacing_mm)  # of the distance between nodes

@@ -62,7 +62,8 @@ def make_env(
     Raises:
         TypeError: A design or the robot is of another kind.
         ValueError: No robot, another number of designs than robots, no design of a robot of other
-            sites than the paper's, or a task of other regulators than the robot has.
+            sites than the paper's, a task of other regulators than the robot has, or one whose
+            largest pressure the robot's supply has not.
     """
     from pneumorph.environment.crawling_environment import CrawlingEnvironment
 
@@ -118,11 +119,12 @@ def _task_of(robot: RobotSpec, task: CrawlingTask | None) -> CrawlingTask:
             f"the task has {task.regulator_count} regulators and the robot {count}, expected the "
             f"same number: CrawlingTask(regulator_count={count})"
         )
-    if task is not None:
-        return task
-    usual = CrawlingTask(regulator_count=count)
-    seen_kPa = lowest_seen_kPa(module.reduced for module in robot.modules)
-    return usual if seen_kPa is None else replace(usual, maximum_pressure_kPa=seen_kPa)
+    if task is None:
+        task = CrawlingTask(regulator_count=count)
+        seen_kPa = lowest_seen_kPa(module.reduced for module in robot.modules)
+        task = task if seen_kPa is None else replace(task, maximum_pressure_kPa=seen_kPa)
+    robot.physics.air.check_supply(task.maximum_pressure_kPa)
+    return task
 
 
 def _told(robot: RobotSpec, designs: Sequence[Design]) -> dict[str, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,8 +13,13 @@ import numpy as np
 import optax
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.checked import Checked, Count, NotNegative, Positive, Share
+from pneumorph.base.checked import Bounds, Checked, Count, NotNegative, Positive, Share
 from pneumorph.learn.networks import Policy, TwinCritic
+
+DecayRate = Annotated[
+    float, Bounds(least=0.0, below=1.0, why="at 1 the mean never takes a gradient in")
+]
+"""Of a running mean."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +35,12 @@ class SacSettings(Checked):
     """Learning rate of the policy (Adam; paper). Lower it if returns rise and then collapse."""
     critic_learning_rate: Positive = 2e-3
     """Learning rate of the value networks (Adam; paper). Lower it if the critic's loss grows."""
-    adam_beta_1: Share = 0.9
-    """Adam's decay rate of the gradient's running mean, 0 to 1 (paper). Rarely changed."""
-    adam_beta_2: Share = 0.999
-    """Adam's decay rate of the squared gradient's running mean, 0 to 1 (paper). Rarely changed."""
+    adam_beta_1: DecayRate = 0.9
+    """Adam's decay rate of the gradient's running mean, from 0 to below 1 (paper). Rarely
+    changed."""
+    adam_beta_2: DecayRate = 0.999
+    """Adam's decay rate of the squared gradient's running mean, from 0 to below 1 (paper). Rarely
+    changed."""
     discount: Share = 0.95
     """Discount factor gamma per action, 0 to 1 (paper): how much the next action's reward counts
     beside this one's. Raise it for gaits that must look further ahead."""

@@ -193,9 +193,15 @@ class Randomisation(Checked):
 
     def numbers_of(self, worlds: Sequence[World]) -> dict[str, np.ndarray]:
         """Numbers of worlds drawn from this, by name, each (world,); where there are several
-        reductions, ``reduction`` counts them, 0 being the robot's own."""
+        reductions, ``reduction`` counts them, 0 being the robot's own.
+
+        A roughness is told of all worlds if one has a ground of its own; it is 0 of the others.
+        """
+        numbers = [world.numbers for world in worlds]
+        # A world that drew a roughness of 0 leaves it out.
         found = {
-            name: np.array([world.numbers[name] for world in worlds]) for name in worlds[0].numbers
+            name: np.array([each.get(name, 0.0) for each in numbers])
+            for name in max(numbers, key=len)
         }
         if self.reductions:
             files = ["", *map(str, self.reductions)]

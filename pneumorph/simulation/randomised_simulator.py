@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -224,22 +225,29 @@ def reduction_digests(randomisation: Randomisation) -> dict[str, str]:
 
 def digest_of_part(file: str) -> str:
     """Hash of the content of a reduction that worlds may have."""
-    return _part_of(file).digest()
+    return _part_of(file, _written_ns(file)).digest()
 
 
 def _alike(file: str, own: ReducedPart) -> ReducedPart:
     """The reduction of a file as the robot's own leg is."""
-    limit = own.metadata.get(MODE_LIMIT)
-    return _changed(file, limit, *factors_between(_part_of(file), own))
+    limit, written_ns = own.metadata.get(MODE_LIMIT), _written_ns(file)
+    factors = factors_between(_part_of(file, written_ns), own)
+    return _changed(file, written_ns, limit, *factors)
+
+
+def _written_ns(file: str) -> int:
+    """When a file was last written [ns], which tells it from what was there before; 0 without one,
+    which loading it tells."""
+    return Path(file).stat().st_mtime_ns if Path(file).exists() else 0
 
 
 @cache
-def _changed(file: str, mode_limit: int | None, *factors: float) -> ReducedPart:
-    part = _part_of(file)
+def _changed(file: str, written_ns: int, mode_limit: int | None, *factors: float) -> ReducedPart:
+    part = _part_of(file, written_ns)
     part = part if mode_limit is None else with_fewer_modes(part, mode_limit)
     return with_factors(part, *factors)
 
 
 @cache
-def _part_of(file: str) -> ReducedPart:
+def _part_of(file: str, written_ns: int) -> ReducedPart:
     return ReducedPart.load(file)

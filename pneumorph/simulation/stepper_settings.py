@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from pneumorph.base.checked import Checked, Count, NotNegative, Positive
+from pneumorph.base.checked import Bounds, Checked, Count, NotNegative, Positive
 
 Precision = Literal["single", "double"]
 Linearised = Literal["start", "ahead"]
@@ -20,10 +20,14 @@ class StepperSettings(Checked):
         ValueError: A number is out of range, or no such precision or instruction set.
     """
 
-    contact_margin_mm: NotNegative = 2.0
+    contact_margin_mm: Annotated[
+        float,
+        Bounds(least=0.1, why="less leaves no room for how the ground bends on a step's way"),
+    ] = 2.0
     """Contact points that are expected within this distance of the floor at the end of a step are
     checked one by one, all others by a bound for each leg [mm]. It changes how long a step takes,
-    not its result."""
+    not its result. The bound takes a step's way for straight, and leaves a quarter of the margin
+    for how the ground bends along it: less than 0.1 mm is too little for that."""
     contact_tolerance_mm_per_s: Positive = 1e-2
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
     contact_sweeps: Count = 100

@@ -67,6 +67,17 @@ def test_a_map_must_be_its_own_image_about_where_robots_start(
         check_equal_grounds(replace(SPACE, symmetries=("mirror",)), map_of(tmp_path, ridge))
 
 
+def test_roughness_on_a_map_does_not_count(tmp_path: Path, ridge: np.ndarray) -> None:
+    """The surface that is drawn was taken for the map's difference."""
+    physics = map_of(tmp_path, ridge)
+    rough = RoughGround(3.0, 60.0)
+    check_equal_grounds(SPACE, replace(physics, ground=replace(physics.ground, rough=rough)))
+    ridge[:15] += 40.0
+    physics = map_of(tmp_path, ridge)
+    with pytest.raises(ValueError, match=r"differs by up to 1\.\d+ mm"):
+        check_equal_grounds(SPACE, replace(physics, ground=replace(physics.ground, rough=rough)))
+
+
 def test_one_rough_surface_for_all_is_told() -> None:
     physics = Physics(ground=ROUGH)
     check_equal_grounds(SPACE, physics)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import pneumorph as pm
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.registration import make_single_env
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.study.training_options import quick_training
@@ -52,6 +54,19 @@ def test_a_design_that_the_rules_forbid_walks_with_a_warning() -> None:
     with pytest.warns(UserWarning, match=said):
         made.reset(options={"designs": ["b1.0.2.0.0.b1"]})
     assert [str(each) for each in made.designs] == ["b1.0.2.0.0.b1"]
+
+
+def test_pressures_that_the_supply_has_not_are_refused() -> None:
+    """As every verb does; the regulators stayed at the supply's pressure, and nothing told."""
+    paper = pm.paper_robot()
+    air = replace(paper.physics.air, law="orifice", supply_kPa=60.0)
+    robot = replace(paper, physics=replace(paper.physics, air=air))
+    within = CrawlingTask(regulator_count=3, maximum_pressure_kPa=60.0)
+    for make in (ANY.make_env, make_single_env):
+        for task in (None, replace(within, maximum_pressure_kPa=70.0)):
+            with pytest.raises(ValueError, match=r"asks for [79]0 kPa from a supply of 60 kPa"):
+                make(robot=robot, task=task)
+        make(robot=robot, task=within)
 
 
 def test_a_design_of_another_length_is_told_once() -> None:

@@ -235,6 +235,10 @@ def test_settings_are_checked() -> None:
         SacSettings(hidden_sizes=())
     with pytest.raises(ValueError, match="discount must be at least 0 and at most 1"):
         SacSettings(discount=1.5)
+    for name in ("adam_beta_1", "adam_beta_2"):
+        with pytest.raises(ValueError, match=f"{name} must be at least 0 and below 1, got 1.0"):
+            SacSettings(**{name: 1.0})
+        assert getattr(SacSettings(**{name: 0.0}), name) == 0.0
     with pytest.raises(ValueError, match="critic_learning_rate must be finite, got nan"):
         SacSettings(critic_learning_rate=float("nan"))
     with pytest.raises(ValueError, match=r"log_standard_deviation_range is 2\.0, -20\.0"):

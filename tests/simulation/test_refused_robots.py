@@ -71,6 +71,10 @@ def test_bad_robots_and_settings_are_refused():
         StepperSettings(element_precision="half")
     with pytest.raises(ValueError, match="contact_sweeps must be at least 1"):
         StepperSettings(contact_sweeps=0)
+    for small in (0.0, 0.05):
+        with pytest.raises(ValueError, match=f"margin_mm must be at least 0.1, got {small}; less"):
+            StepperSettings(contact_margin_mm=small)
+    assert StepperSettings(contact_margin_mm=0.1).contact_margin_mm == 0.1
 
 
 def test_a_part_of_more_modes_than_there_are_kernels_for_is_refused():

@@ -113,7 +113,7 @@ def test_a_point_that_comes_to_a_step_from_the_side_does_not_pass_into_it(
         floor_height_mm=0.0, ground=steps,
     )  # fmt: skip
     floor, speeds = physics.floor(robot.standing_points), []
-    for margin in (0.0, 2.0, 20.0):
+    for margin in (0.1, 2.0, 20.0):
         stepper = replace(CONTACT, contact_margin_mm=margin)
         simulator = BatchedSimulator([robot], physics, stepper, 1)
         before = 54.0 - physics.time_step_s * speed_mm_per_s
@@ -138,7 +138,7 @@ def test_the_margin_changes_nothing(instruction_set: str, precision: str, ground
     """Points that are watched from the start, or never but by the check: the velocities that obey
     the law to 1e-8 mm/s are unique, and a hundred times that is a tenth of a millionth of them."""
     ends = []
-    for margin in (0.0, 2.0, 50.0):
+    for margin in (0.1, 2.0, 50.0):
         stepper = replace(
             CONTACT,
             contact_margin_mm=margin,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -205,6 +206,21 @@ def test_another_reduction_is_changed_as_the_robots_own_leg_is(tmp_path) -> None
     assert reduction_digests(drawn) == {str(file): PART.digest()}
     assert list(drawn.numbers_of([AS_IS, world])["reduction"]) == [0.0, 1.0]
     assert "reduction" not in Randomisation().numbers_of([AS_IS])
+
+
+def test_a_reduction_that_is_written_again_is_read_again(tmp_path) -> None:
+    """It was walked as it had been, and its old digest kept."""
+    robot = crawlers()[0]
+    file, own = tmp_path / "other.npz", robot.mounts[0].part
+    world = replace(AS_IS, reduction=str(file))
+    for second, factor in enumerate((0.7, 1.4), start=1):
+        written = replace(own, tetrahedron_material=own.tetrahedron_material.stiffer(factor))
+        written.save(file)
+        os.utime(file, (second, second))  # clocks of files are coarse
+        placed = robot_in_world(robot, world).mounts[0].part
+        assert placed.tetrahedron_material == written.tetrahedron_material
+        assert robot_in_world(robot, world).mounts[0].part is placed
+        assert reduction_digests(Randomisation(reductions=(file,))) == {str(file): written.digest()}
 
 
 def test_another_reduction_has_as_few_modes_as_the_robots_own_leg(tmp_path) -> None:
