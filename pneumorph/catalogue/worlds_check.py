@@ -19,13 +19,14 @@ SAME_SIZE = 0.02
 """Of its longest side, within which a leg of another mesh is the same leg."""
 
 
-def check_worlds(spec: RobotSpec, drawn: Randomisation) -> None:
+def check_worlds(spec: RobotSpec, drawn: Randomisation, group: str = "randomisation") -> None:
     """Refuse friction of surfaces that the robot has not, and other reductions that cannot stand
     for its modules.
 
     Args:
         spec: The robot.
         drawn: What worlds are drawn from.
+        group: The settings that say it, as messages name them.
 
     Raises:
         FileNotFoundError: There is no such reduction.
@@ -34,12 +35,13 @@ def check_worlds(spec: RobotSpec, drawn: Randomisation) -> None:
             friction is drawn for a surface that neither modules nor hub have.
     """
     hub = spec.hub.rigid.contact_surfaces
-    _check_surfaces(drawn, [hub, *(each.reduced.contact_surfaces for each in spec.modules)])
+    own = [hub, *(each.reduced.contact_surfaces for each in spec.modules)]
+    _check_surfaces(drawn, own, group)
     for file in drawn.reductions:
-        other, what = ReducedPart.load(file), f"the reduced leg {file} of randomisation.reductions"
+        other, what = ReducedPart.load(file), f"the reduced leg {file} of {group}.reductions"
         for module in spec.modules:
             _check_alike(other, module, what)
-        _check_surfaces(drawn, [hub, other.contact_surfaces], f" with {file}")
+        _check_surfaces(drawn, [hub, other.contact_surfaces], group, f" with {file}")
 
 
 def _check_alike(other: ReducedPart, module: Module, what: str) -> None:
@@ -69,13 +71,13 @@ def _check_alike(other: ReducedPart, module: Module, what: str) -> None:
 
 
 def _check_surfaces(
-    drawn: Randomisation, surfaces: Iterable[ContactSurfaces | None], of: str = ""
+    drawn: Randomisation, surfaces: Iterable[ContactSurfaces | None], group: str, of: str = ""
 ) -> None:
     known = {name for each in surfaces if each is not None for name in each.known_names()}
     named = ", ".join(sorted(known)) or "none, its meshes name no regions"
     for name, text in drawn.friction_by_surface:
         if name not in names_of_friction(known):
             raise ValueError(
-                f"randomisation.friction_by_surface has {name!r} ({text}), expected one of the "
+                f"{group}.friction_by_surface has {name!r} ({text}), expected one of the "
                 f"surfaces of the robot{of}: {named}"
             )

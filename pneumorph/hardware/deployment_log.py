@@ -107,12 +107,25 @@ class LoggedPressures:
         commanded_kPa: Commanded pressures [real kPa], (sample, channel).
         sensed_kPa: Sensed pressures [real kPa], (sample, channel); NaN without a sensor.
         events: (time, text) of each event.
+        commands: Time since the gait's start [s] and pressures [real kPa], (channel,), of each
+            command that was noted as it was given.
     """
 
     time_s: np.ndarray
     commanded_kPa: np.ndarray
     sensed_kPa: np.ndarray
     events: tuple[tuple[float, str], ...]
+    commands: tuple[tuple[float, np.ndarray], ...] = ()
+
+    @property
+    def given(self) -> tuple[np.ndarray, np.ndarray]:
+        """What was known to be commanded from when on: times [s], (command,), that never fall, and
+        pressures [real kPa], (command, channel). A command that nobody noted as it was given came
+        with the first sample that has it."""
+        time_s = np.append(self.time_s, [time_s for time_s, _ in self.commands])
+        commanded_kPa = np.vstack([self.commanded_kPa, *(kPa for _, kPa in self.commands)])
+        order = np.argsort(time_s, kind="stable")  # of one time, a command is later than a sample
+        return time_s[order], commanded_kPa[order]
 
     @property
     def stopped(self) -> tuple[float, str] | None:
@@ -151,6 +164,7 @@ def read_log(path: Path | str) -> LoggedPressures:
     names = [header[column] for column in (*commanded, *sensed)]
     units = [unit_factor(path, name, name.rpartition("_")[2], "kPa") for name in names]
     samples: list[list[float]] = []
+    given: list[list[float]] = []
     events: list[tuple[float, str]] = []
     event_column = header.index("event") if "event" in header else None
     whole = max(*sensed, -1 if event_column is None else event_column) + 1
@@ -160,8 +174,9 @@ def read_log(path: Path | str) -> LoggedPressures:
         with reading(f"{path}, row {number}", "log"):
             if event_column is not None and row[event_column]:
                 events.append((float(row[0]), row[event_column]))
-            if row[commanded[0]] and COMMAND not in row:
-                samples.append([float(v) if v else np.nan for v in row[: max(sensed) + 1]])
+            if row[commanded[0]]:
+                numbers = [float(v) if v else np.nan for v in row[: max(sensed) + 1]]
+                (given if COMMAND in row else samples).append(numbers)
     table = np.array(samples).reshape(-1, max(sensed) + 1)
     falls = np.flatnonzero(~(np.diff(table[:, 0]) >= 0.0))
     if len(falls):
@@ -174,4 +189,7 @@ def read_log(path: Path | str) -> LoggedPressures:
         )
     pressures_kPa = table[:, [*commanded, *sensed]] * units
     own, told = np.split(pressures_kPa, [len(commanded)], axis=1)
-    return LoggedPressures(table[:, 0], own, told, tuple(events))
+    noted = np.array(given).reshape(-1, max(sensed) + 1)
+    noted_kPa = noted[:, commanded] * units[: len(commanded)]
+    commands = tuple(zip(noted[:, 0].tolist(), noted_kPa, strict=True))
+    return LoggedPressures(table[:, 0], own, told, tuple(events), commands)

@@ -236,10 +236,11 @@ def pressure_tracking(trial: Trial) -> dict[str, float | None]:
     difference = (log.sensed_kPa - log.commanded_kPa)[known]
     step = float(np.median(np.diff(log.time_s)))
     delays = np.arange(0.0, 1.0, max(step, 1e-3))
+    given_s, given_kPa = log.given
     errors = []
     for delay in delays:
-        place = np.searchsorted(log.time_s, log.time_s - delay + 1e-9, side="right") - 1
-        delayed = np.where((place >= 0)[:, None], log.commanded_kPa[np.maximum(place, 0)], 0.0)
+        place = np.searchsorted(given_s, log.time_s - delay + 1e-9, side="right") - 1
+        delayed = np.where((place >= 0)[:, None], given_kPa[np.maximum(place, 0)], 0.0)
         errors.append(float(np.mean((log.sensed_kPa - delayed)[known] ** 2)))
     return {
         "rms_kPa": float(np.sqrt(np.mean(difference**2))),

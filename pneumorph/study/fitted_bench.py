@@ -21,7 +21,7 @@ from pneumorph.study.calibration_provenance import provenance
 from pneumorph.study.calibration_settings import CalibrationSettings
 from pneumorph.study.fitted_valves import AIR_FACTORS
 
-MODULUS = "modulus_factor"
+MODULUS, DAMPING = "modulus_factor", "damping_factor"
 
 
 def with_bench(
@@ -72,14 +72,14 @@ def with_bench(
     return replace(calibration, measured=measured, source={**calibration.source, "bench": said})
 
 
-def without_modulus(calibration: Calibration, say: Callable[[str], None]) -> Calibration:
-    """The calibration without what a bench test found of the modulus before: the robot that it was
+def without(name: str, calibration: Calibration, say: Callable[[str], None]) -> Calibration:
+    """The calibration without what a bench test found of a factor before: the leg that it was
     relative to has changed, and it would count twice."""
-    if MODULUS not in calibration.measured:
+    if name not in calibration.measured:
         return calibration
     say(
-        f"the {MODULUS} that a bench test found before was relative to the leg as it was: it is "
+        f"the {name} that a bench test found before was relative to the leg as it was: it is "
         "left out; measure it again beside this calibration"
     )
-    others = {name: v for name, v in calibration.measured.items() if name != MODULUS}
+    others = {each: v for each, v in calibration.measured.items() if each != name}
     return replace(calibration, measured=others)

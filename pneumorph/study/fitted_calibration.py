@@ -15,7 +15,7 @@ from pneumorph.hardware.deployment_log import LoggedPressures
 from pneumorph.physics.calibration import Calibration
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.study.calibration_settings import CalibrationSettings
-from pneumorph.study.fitted_bench import with_bench, without_modulus
+from pneumorph.study.fitted_bench import DAMPING, MODULUS, with_bench, without
 from pneumorph.study.fitted_line import with_line
 from pneumorph.study.fitted_paths import FittedPath, with_parameters
 from pneumorph.study.fitted_valves import with_air
@@ -95,14 +95,16 @@ def calibrate(
     say = folder.progress.say
     if settings.bends is not None or settings.pairs is not None:
         calibration, pairs = with_line(calibration, settings, spec, folder)
-        calibration = without_modulus(calibration, say)
+        calibration = without(MODULUS, calibration, say)
     if settings.air is not None:
         calibration, filled = with_air(calibration, settings, spec, folder)
     if settings.trials is not None:
-        plain, known_factor = replace(robot, calibration=None).spec(), calibration.modulus_factor
+        plain, before = replace(robot, calibration=None).spec(), calibration
         calibration, path = with_parameters(calibration, settings, spec, plain, folder)
-        if calibration.modulus_factor != known_factor:
-            calibration = without_modulus(calibration, say)
+        if calibration.modulus_factor != before.modulus_factor:
+            calibration = without(MODULUS, calibration, say)
+        if calibration.stiffness_damping_s != before.stiffness_damping_s:
+            calibration = without(DAMPING, calibration, say)
     if settings.bench is not None:
         calibration = with_bench(calibration, settings, spec, say)
     file, air = calibration.save(folder / CALIBRATION_FILE), calibration.air

@@ -38,8 +38,8 @@ def keep_run(run: Path, folder: Path) -> TrainingResult:
 
     Raises:
         ArtefactError: The folder holds no finished training, or it is damaged.
-        ValueError: The run has no pairs, or is to be kept in its own folder.
-        FileNotFoundError: The run lacks its policy.
+        ValueError: The run has no pairs, or is to be kept in its own folder or inside of it.
+        FileNotFoundError: The run lacks its policy or a gait; nothing is replaced.
     """
     learned = FinishedRun.read(run)
     found = learned.result(TrainingResult)
@@ -47,16 +47,25 @@ def keep_run(run: Path, folder: Path) -> TrainingResult:
         raise ValueError(f"{run} holds no design-gait pairs; expected a coopt run")
     if run.resolve() == folder.resolve():
         raise ValueError(f"{folder} is the run itself, expected another folder to keep it in")
+    if folder.resolve().is_relative_to(run.resolve()):
+        raise ValueError(
+            f"{folder} is inside the run, expected a folder outside of {run}: it would replace "
+            "files of the run itself"
+        )
     policy = (run / TRAINING_FOLDER / POLICY_FILE).read_bytes()
+    gaits = [
+        (run / learned.of_summary(f"pairs.{place}.gait", str)).read_bytes()
+        for place in range(len(found.pairs))
+    ]
+    metrics = read_metrics(run / TRAINING_FOLDER)
     shutil.rmtree(folder / GAIT_FOLDER, ignore_errors=True)
     for name in (GAIT_FOLDER, TRAINING_FOLDER):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pairs = []
-    for rank, pair in enumerate(found.pairs, start=1):
+    for rank, (pair, content) in enumerate(zip(found.pairs, gaits, strict=True), start=1):
         gait = f"{GAIT_FOLDER}/L{rank}.csv"
-        shutil.copyfile(run / learned.of_summary(f"pairs.{rank - 1}.gait", str), folder / gait)
+        (folder / gait).write_bytes(content)
         pairs.append(replace(pair, gait=gait))
-    metrics = read_metrics(run / TRAINING_FOLDER)
     lines = "".join(json.dumps(_rounded(line)) + "\n" for line in metrics)
     training = folder / TRAINING_FOLDER
     write_text(training / METRICS_FILE, lines)

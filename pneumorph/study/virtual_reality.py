@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.catalogue.bench_tests import BEND_TEST_KPA, BenchTest
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.hardware.bend_test import MonotoneBend, simulated_bend_curve
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.virtual_rig import (
@@ -23,6 +25,8 @@ from pneumorph.hardware.virtual_rig import (
 )
 from pneumorph.physics.regulators import AirRegulators, air_regulators
 from pneumorph.robot.design import Design
+from pneumorph.simulation.distribution import Distribution
+from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.rollout import RobotModel
 from pneumorph.study.bench_readings import bench_test
 from pneumorph.study.recorded_walk import Model
@@ -33,6 +37,8 @@ _VALVES = {
 }
 """Conductances of the air by the world's factor of them."""
 
+_USUAL = VirtualRigSettings().reality
+
 
 class VirtualReality:
     """Builds virtual rigs of one seed: the robot that was asked for, but for what is off.
@@ -42,9 +48,14 @@ class VirtualReality:
             must not follow what a calibration believes of it.
         settings: What is off.
         model: The true robot's model.
+
+    Raises:
+        ValueError: What is off would be ignored: friction of a surface that the robot has not,
+            other reductions of its legs, or a lag where air flows through valves.
     """
 
     def __init__(self, spec: RobotSpec, settings: VirtualRigSettings, model: Model) -> None:
+        _refuse_ignored(spec, settings.reality)
         self._spec, self._settings, self._model = spec, settings, model
         drawn = draw_reality(settings, spec.physics.pressure_map)
         named = true_surfaces(settings, drawn.world, spec.physics)
@@ -160,3 +171,31 @@ class VirtualReality:
         world = self._spec.in_world(reality.world)
         true = replace(world, physics=reality.physics(self._spec.physics))
         return true.reduced(design) if self._model == "reduced" else true.full(design)
+
+
+def _refuse_ignored(spec: RobotSpec, drawn: Randomisation) -> None:
+    """Refuse a reality of which the virtual rig's robot would not have all.
+
+    Raises:
+        ValueError: It would not.
+    """
+    if drawn.reductions:
+        files = ", ".join(map(str, drawn.reductions))
+        raise ValueError(
+            f"virtual.reality.reductions is {files}, expected none: the virtual rig has one leg, "
+            "that of the robot; give another one by --part"
+        )
+    if drawn.friction_by_surface:
+        check_worlds(spec, drawn, "virtual.reality")
+    if spec.physics.air.law == "rate_limit":
+        return
+    # Worlds that a robot was trained or certified in come as a whole, with their lag.
+    usual = [each.regulator_lag_s for each in (_USUAL, Randomisation(), measured_worlds())]
+    lag = drawn.regulator_lag_s
+    if lag not in usual and Distribution.parse(lag).highest > 0.0:
+        raise ValueError(
+            f"virtual.reality.regulator_lag_s is {lag!r}, expected {usual[0]!r}, the usual, or 0: "
+            f"where air flows through valves (physics.air.law {spec.physics.air.law}), the virtual "
+            "rig's regulators have no lag; how slow its valves are is virtual.filling_factor and "
+            "virtual.venting_factor"
+        )

@@ -512,6 +512,40 @@ def test_pressure_delay_is_found() -> None:
     assert pressure_tracking(_trial("a", _path()))["rms_kPa"] == 0.0
 
 
+def test_a_command_counts_from_when_it_was_given(tmp_path: Path) -> None:
+    """A supply answers a fifth of a second after it was told, and is 0.3 s late."""
+    given_s, given_kPa = np.arange(0.0, 20.0), np.tile([60.0, 10.0], 10)
+
+    def held_kPa(time_s: float) -> float:
+        place = np.searchsorted(given_s, time_s + 1e-9, side="right") - 1
+        return float(given_kPa[place]) if place >= 0 else 0.0
+
+    with DeploymentLog(tmp_path / "log.csv", 2) as log:
+        for begin_s, kPa in zip(given_s, given_kPa, strict=True):
+            log.command(begin_s, np.full(2, kPa))
+            for time_s in begin_s + np.arange(0.2, 0.95, 0.1):
+                log.row(time_s, np.full(2, kPa), np.array([held_kPa(time_s - 0.3), np.nan]))
+    trial = Trial("a", read_log(tmp_path / "log.csv"), MarkerTrack(TIMES, _path()))
+    assert pressure_tracking(trial)["delay_s"] == pytest.approx(0.3)
+    # The second channel has no sensor.
+    driven = trial.driven_kPa(np.array([0.0, 0.95, 1.0, 1.1, 1.95, 2.0]))[:, 1]
+    assert driven.tolist() == [60.0, 60.0, 10.0, 10.0, 10.0, 60.0]
+
+
+def test_a_command_of_its_samples_time_counts_once(tmp_path: Path) -> None:
+    """As on a virtual rig: also after a sample of the same time that still has the one before."""
+    with DeploymentLog(tmp_path / "log.csv", 1) as log:
+        for time_s, kPa, noted in ((0.0, 5.0, True), (1.0, 5.0, False), (1.0, 9.0, True)):
+            if noted:
+                log.command(time_s, np.full(1, kPa))
+            log.row(time_s, np.full(1, kPa), np.full(1, np.nan))
+    read = read_log(tmp_path / "log.csv")
+    assert [(time_s, kPa.tolist()) for time_s, kPa in read.commands] == [(0.0, [5.0]), (1.0, [9.0])]
+    for log in (read, replace(read, commands=())):
+        driven = Trial("a", log, MarkerTrack(TIMES, _path())).driven_kPa(np.array([0.0, 0.9, 1.0]))
+        assert driven[:, 0].tolist() == [5.0, 5.0, 9.0]
+
+
 @pytest.mark.parametrize("samples", [0, 1])
 def test_a_trial_that_was_killed_at_once_tells_of_next_to_nothing(
     samples: int, tmp_path: Path

@@ -17,7 +17,9 @@ from pneumorph.catalogue.leg_kinds import (
     paper_leg_mesh,
     pressure_map,
 )
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.rigid_hub import RigidHub
@@ -102,6 +104,46 @@ def test_surfaces_of_the_measured_physics_are_hidden_one_by_one() -> None:
     assert [name for name, _ in true_surfaces(smooth, world, own)] == ["rubber"]
     with pytest.raises(ValueError, match=r"surface_friction_factor is 'U\(-1, 2\)', expected"):
         VirtualRigSettings(surface_friction_factor="U(-1, 2)")
+
+
+@pytest.mark.parametrize(
+    ("physics", "drawn", "why"),
+    [
+        (
+            "published",
+            {"friction_by_surface": (("shet", "0.3"),)},
+            r"virtual\.reality\.friction_by_surface has 'shet' .*: hub, sheet, skin",
+        ),
+        (
+            "published",
+            {"reductions": (Path("nowhere.npz"),)},
+            r"virtual\.reality\.reductions is nowhere\.npz, expected none",
+        ),
+        (
+            "measured",
+            {"regulator_lag_s": "5"},
+            r"regulator_lag_s is '5', expected 'U\(0\.05, 0\.15\)', .*law orifice",
+        ),
+    ],
+)
+def test_a_reality_that_would_be_ignored_is_refused(
+    physics: PhysicsName, drawn: dict[str, Any], why: str
+) -> None:
+    usual = VirtualRigSettings()
+    settings = replace(usual, reality=replace(usual.reality, **drawn))
+    with pytest.raises(ValueError, match=why):
+        VirtualReality(paper_robot(physics), settings, "reduced")
+
+
+@pytest.mark.parametrize("physics", ["published", "measured"])
+def test_regulators_may_lag_as_usual_or_not_at_all(physics: PhysicsName) -> None:
+    """Worlds that a robot was trained in come whole, with their lag."""
+    spec, usual = paper_robot(physics), VirtualRigSettings()
+    whole = measured_worlds()
+    for reality in (usual.reality, whole, replace(whole, regulator_lag_s="0")):
+        VirtualReality(spec, replace(usual, reality=reality), "reduced")
+    if physics == "published":  # whose pressures follow at a rate, and lag
+        VirtualReality(spec, replace(usual, reality=replace(whole, regulator_lag_s="5")), "reduced")
 
 
 class _Bursting(Pusher):

@@ -16,8 +16,10 @@ from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.driver import DriverError
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_pairs import Band
+from pneumorph.study.virtual_reality import VirtualReality
 
 HERE = Path(__file__).parent.parent.parent / "reproduce" / "robust"
 
@@ -76,6 +78,20 @@ def test_a_hidden_robot_is_driven_as_its_regulators_lag(
     worlds = Randomisation(regulator_lag_s="0.08")
     script.covered(file, RobotOptions.of("published"), worlds, band, 1, tmp_path / "rate")
     np.testing.assert_array_equal(driven[-1][0].pressure_kPa(1.0), [30.0, 30.0, 30.0])
+
+
+def test_the_leg_of_a_hidden_robot_is_its_own(script: Any) -> None:
+    """Whatever other reductions worlds may have: all else is drawn as it is with them."""
+    worlds = measured_worlds((Path("nowhere.npz"),))
+    rig = script.hidden_rig(worlds, 1003)
+    drawn = script.draw_reality(rig, PressureMap()).world
+    assert drawn.reduction == ""
+    whole = [replace(rig, reality=worlds, seed=1000 + seed) for seed in range(8)]
+    for each in whole:
+        own = script.draw_reality(script.hidden_rig(worlds, each.seed), PressureMap()).world
+        assert replace(script.draw_reality(each, PressureMap()).world, reduction="") == own
+    assert {script.draw_reality(each, PressureMap()).world.reduction for each in whole} != {""}
+    VirtualReality(RobotOptions.of("measured").spec(), rig, "reduced")
 
 
 def test_what_stops_a_trial_is_kept(

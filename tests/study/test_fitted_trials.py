@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.deployment_log import STOPPED
+from pneumorph.hardware.parameter_fit import ParameterFit
 from pneumorph.hardware.trial import folders_to_fit, read_trials
+from pneumorph.physics.calibration import Calibration
 from pneumorph.study import fitted_paths, fitted_valves
 from pneumorph.study.calibration_settings import CalibrationSettings
 from pneumorph.study.deployed_gait import deploy_gait
@@ -77,6 +80,26 @@ def test_paths_of_trials_that_ended_early_are_not_fitted_to(
     fewer = CalibrationSettings(trials=deployed, trial_count=1)
     trials, _ = _calibrate(fewer, tmp_path, monkeypatch)
     assert [trial.name for trial in trials] == ["trial_1"]
+
+
+@pytest.mark.parametrize("fitted", ["stiffness_damping_s", "friction"])
+def test_a_damping_of_the_bench_is_relative_to_that_of_before(
+    fitted: str, deployed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside a damping that is fitted anew it would count twice."""
+    found = ParameterFit({fitted: 0.3}, {}, 0.9, 1.0, 2.0, 10.0, 1, True)
+    monkeypatch.setattr(fitted_paths, "fit_parameters", lambda *_: found)
+    measured = {"damping_factor": (1.2, 0.1), "mass_factor": (1.0, 0.02)}
+    file = Calibration(stiffness_damping_s=0.1, measured=measured).save(tmp_path / "before.json")
+    said = io.StringIO()
+    folder = RunFolder(tmp_path / "c", "calibrate", Progress(said))
+    robot = replace(ROBOT, calibration=file)
+    calibrate(CalibrationSettings(trials=deployed), robot, folder)
+    kept = Calibration.load(folder / "calibration.json")
+    anew = fitted == "stiffness_damping_s"
+    assert kept.stiffness_damping_s == (0.3 if anew else 0.1)
+    assert kept.measured.keys() == measured.keys() - ({"damping_factor"} if anew else set())
+    assert ("damping_factor that a bench test found before" in said.getvalue()) == anew
 
 
 def test_neither_are_their_pressures(
