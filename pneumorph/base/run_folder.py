@@ -198,6 +198,9 @@ def read_settings(folder: Path) -> dict[str, Any]:
 
 def _read(folder: Path, name: str) -> dict[str, Any]:
     path = folder / name
+    if not folder.is_dir():
+        what = "is a file" if folder.exists() else "does not exist"
+        raise ArtefactError(f"{folder} {what}, expected the folder of a finished pneumorph run")
     if not path.exists():
         stopped = name == SUMMARY and (folder / SETTINGS).exists()
         raise ArtefactError(

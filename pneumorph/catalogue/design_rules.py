@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -146,6 +147,35 @@ class DesignRules(Checked):
             "physics.regulator_count",
             "see options, exclusions, maximum_legs and maximum_regulators of [designs]",
         )
+
+    def refuse_repeated(self) -> None:
+        """Refuse an exclusion that names a site twice, and an exclusion or a symmetry that is given
+        twice, in whatever words.
+
+        Raises:
+            ValueError: There is one.
+        """
+        for place, text in enumerate(self.exclusions):
+            for site, count in Counter(map(int, text.split())).items():
+                if count > 1:
+                    raise ValueError(
+                        f"designs.exclusions[{place}] is {text!r} and names site {site} {count} "
+                        "times, expected each site once; another site may be meant"
+                    )
+        rules: dict[str, list[Any]] = {
+            "exclusions": [frozenset(map(int, text.split())) for text in self.exclusions],
+            "same": [each if each == "mirror" else float(each) % 360.0 for each in self.same],
+        }
+        for name, meant in rules.items():
+            for place, each in enumerate(meant):
+                first = meant.index(each)
+                if first < place:
+                    texts = getattr(self, name)
+                    raise ValueError(
+                        f"designs.{name}[{first}] is {texts[first]!r} and designs.{name}[{place}] "
+                        f"is {texts[place]!r}, which say the same, expected each once; another "
+                        "may be meant"
+                    )
 
     def _check_usual(self, space: DesignSpace) -> None:
         if self.usual is None:

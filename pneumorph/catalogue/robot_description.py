@@ -35,7 +35,11 @@ from pneumorph.catalogue.module_letters import module_letters
 from pneumorph.catalogue.mounting_check import USUAL_TOLERANCE_MM
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
+from pneumorph.catalogue.site_description import (
+    SiteDescription,
+    refuse_doubled_sites,
+    refuse_repeated_modules,
+)
 from pneumorph.catalogue.written_description import write_description
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
@@ -339,12 +343,14 @@ class RobotDescription(Checked, ShownInNotebooks):
             raise named(f"robot file {self.file}: {error}") from error
 
     def _refuse_unused(self) -> None:
-        """Refuse what no design uses, a hub that its designs' symmetries move elsewhere, and
-        materials that a module's part was not made of.
+        """Refuse what no design uses, what a list names twice, a hub that its designs' symmetries
+        move elsewhere, and materials that a module's part was not made of.
 
         Raises:
             ValueError: There is one.
         """
+        refuse_repeated_modules(self.sites)
+        self.designs.refuse_repeated()
         self.designs.refuse_unused(self.space, self.ring is not None)
         self.space.check_images()
         for name, each in self.modules.items():

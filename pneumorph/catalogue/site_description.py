@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -75,3 +76,22 @@ def refuse_doubled_sites(sites: Sequence[SiteDescription], exclusions: Sequence[
                 f"{list(one.position_mm)} mm, expected places of their own; where one at most "
                 f'carries a module, say so: exclusions = ["{first} {second}"] under [designs]'
             )
+
+
+def refuse_repeated_modules(sites: Sequence[SiteDescription]) -> None:
+    """Refuse a site that names a module twice.
+
+    Args:
+        sites: The sites.
+
+    Raises:
+        ValueError: There is one; names the module.
+    """
+    for number, site in enumerate(sites):
+        for name, count in Counter(site.modules or ()).items():
+            if count > 1:
+                raise ValueError(
+                    f"sites[{number}].modules is {list(site.modules or ())} and names {name!r} "
+                    f"{count} times, expected each module once: it says which may be mounted, of "
+                    "which a site carries one; another module may be meant"
+                )

@@ -14,9 +14,9 @@ from pneumorph.catalogue.leg_kinds import paper_leg_mesh
 from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
 from pneumorph.exchange.sofa_scene import export_sofa_scene
-from pneumorph.exchange.sorotraj import UNIT, read_sorotraj, write_sorotraj
+from pneumorph.exchange.sorotraj import read_sorotraj, write_sorotraj
 from pneumorph.fem.leg_model import leg_model
-from pneumorph.gait.gait_file import gait_remarks, read_gait, write_gait
+from pneumorph.gait.gait_file import UNIT, gait_remarks, read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.geometry.leg_mesh import load_leg_mesh

@@ -19,13 +19,10 @@ import numpy as np
 from pneumorph.base.artefact import read_text, write_text
 from pneumorph.base.checked import rises
 from pneumorph.base.optional_package import optional_package
-from pneumorph.gait.gait_file import LIMIT, check_peak, gait_remarks, remark_lines
+from pneumorph.gait.gait_file import LIMIT, UNIT, check_peak, gait_remarks, remark_lines
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
-
-UNIT = "kPa_per_unit"
-"""Remark of a file that says what one unit of its pressures is [kPa]."""
 
 SWITCH_S = 1e-3
 """A held command is written as a straight line that lasts this long at its end [s], and no longer

@@ -28,6 +28,12 @@ from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 LIMIT = "maximum_pressure_kPa"
 """Comment that names the highest pressure of a gait that goes above the usual limit."""
 
+UNIT = "kPa_per_unit"
+"""Comment of a sorotraj file that says what one unit of its pressures is [kPa]."""
+
+_SAID_ONCE = ("design", LIMIT, UNIT)
+"""Comments that are read: two different values would leave open which one counts."""
+
 LEAST_PEAK_KPA = 1.0
 """Least peak of a gait [kPa]: no valve holds a hundredth of what moves a leg."""
 
@@ -89,11 +95,13 @@ def read_gait(
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: Not a gait file, or a pressure that is not finite or out of range.
+        ValueError: Not a gait file, a pressure that is not finite or out of range, or a comment
+            that is read has two values.
     """
     path = Path(path)
-    lines = [line for line in read_text(path, "gait").splitlines() if line.strip()]
-    comments = _named_remarks(lines)
+    every_line = read_text(path, "gait").splitlines()
+    comments = _named_remarks(path, every_line)
+    lines = [line for line in every_line if line.strip()]
     with reading(path, "gait"):
         rows = list(csv.reader(line for line in lines if not line.startswith("#")))
     if not rows or not _is_header(rows[0]):
@@ -160,13 +168,28 @@ def gait_remarks(path: Path | str) -> dict[str, str]:
     Raises:
         FileNotFoundError: No such file.
         ArtefactError: It is no text.
+        ValueError: One that is read has two values.
     """
-    return _named_remarks(read_text(path, "gait").splitlines())
+    return _named_remarks(path, read_text(path, "gait").splitlines())
 
 
-def _named_remarks(lines: Sequence[str]) -> dict[str, str]:
-    matches = [_COMMENT.match(line) for line in lines if line.startswith("#")]
-    return {match["name"]: match["value"].strip() for match in matches if match}
+def _named_remarks(path: Path | str, lines: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    first: dict[str, int] = {}
+    for number, line in enumerate(lines, start=1):
+        match = _COMMENT.match(line)
+        if match is None:
+            continue
+        name, value = match["name"], match["value"].strip()
+        if name in _SAID_ONCE and found.get(name, value) != value:
+            raise ValueError(
+                f"gait file {path}: {name} is {found[name]!r} in line {first[name]} and {value!r} "
+                f"in line {number}, expected one value: two files may have been put together; "
+                "delete the line that is wrong"
+            )
+        found[name] = value
+        first.setdefault(name, number)
+    return found
 
 
 def _named_limit(comments: Mapping[str, str]) -> float:

@@ -11,7 +11,13 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.mirror import mirror_half
 from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.geometry.netgen_mesher import MesherSettings, box, open_cascade, tetrahedralise
+from pneumorph.geometry.netgen_mesher import (
+    MesherSettings,
+    box,
+    meshing,
+    open_cascade,
+    tetrahedralise,
+)
 from pneumorph.geometry.surface import boundary_triangles
 
 DISK_SIZE_MM = 16.0
@@ -59,13 +65,15 @@ def mesh_disk(shape: DiskShape | None = None, settings: MesherSettings | None = 
     settings = settings or MesherSettings(size_mm=DISK_SIZE_MM)
     occ = open_cascade()
     axis = occ.Axes(occ.Pnt(0, 0, shape.bottom_mm), occ.Z)
-    # The last argument is the angle of revolution.
-    cone = occ.Cone(axis, shape.bottom_radius_mm, shape.top_radius_mm, shape.height_mm, 2.0 * np.pi)
-    reach = 2.0 * max(shape.bottom_radius_mm, shape.top_radius_mm)
-    half_space = box(
-        (-reach, 0.0, shape.bottom_mm - reach), (2.0 * reach, reach, shape.height_mm + 2.0 * reach)
-    )
-    whole = mirror_half(*tetrahedralise(cone * half_space, settings))
+    bottom, top, high = shape.bottom_radius_mm, shape.top_radius_mm, shape.height_mm
+    reach = 2.0 * max(bottom, top)
+    with meshing("disk"):
+        cone = occ.Cone(axis, bottom, top, high, 2.0 * np.pi)  # the last is the angle
+        half_space = box(
+            (-reach, 0.0, shape.bottom_mm - reach), (2.0 * reach, reach, high + 2.0 * reach)
+        )
+        half = tetrahedralise(cone * half_space, settings)
+    whole = mirror_half(*half)
     boundary = boundary_triangles(whole.tetrahedra)
     height = whole.nodes[:, 2] - shape.bottom_mm
     mesh = Mesh(

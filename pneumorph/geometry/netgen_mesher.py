@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import reduce
 from types import ModuleType
@@ -14,6 +15,7 @@ import numpy as np
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.corner_order import largest_face_first
+from pneumorph.geometry.mesh import MeshError
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,29 @@ def box(corner: tuple[float, float, float], size: tuple[float, float, float]) ->
 def union(solids: Iterable[Any]) -> Any:
     """Solids as one; at least one is given."""
     return reduce(operator.add, solids)
+
+
+@contextmanager
+def meshing(shape: str) -> Iterator[None]:
+    """Whatever fails of a shape that is built and meshed meanwhile is told with its name.
+
+    Args:
+        shape: What it is, such as ``leg``.
+
+    Raises:
+        MeshError: OpenCASCADE or netgen failed.
+    """
+    try:
+        yield
+    except Exception as error:
+        # What both raise is of plain exceptions alone, and an interrupt is none.
+        if type(error) is not RuntimeError and type(error).__name__ != "NgException":
+            raise
+        raise MeshError(
+            f"the mesher cannot fill the {shape} with tetrahedra ({str(error).strip()}), expected "
+            "sizes and walls that are not far thinner than the others: look at the smallest ones, "
+            "or give the mesher a smaller size_mm"
+        ) from error
 
 
 def tetrahedralise(solid: Any, settings: MesherSettings) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from pneumorph.geometry.contact_grid import box_surface_grid, outside_of_boxes
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.mirror import mirror_half
-from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise, union
+from pneumorph.geometry.netgen_mesher import MesherSettings, box, meshing, tetrahedralise, union
 from pneumorph.geometry.surface import boundary_triangles
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -23,6 +23,9 @@ Size = tuple[Positive, Positive, Positive]
 
 _TOUCH_MM = 1e-6
 """Coordinates nearer than this are the same: far above rounding, far below any dimension."""
+
+_LEAST_WALL_MM = 0.01
+"""A thinner wall is none: no casting has one [mm]."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +94,12 @@ class PneuNetShape(Checked):
             )
 
     def check_connector(self) -> None:
-        """Refuse a connector that does not connect the chambers, or does not stay in the body.
+        """Refuse a connector that does not connect the chambers or does not stay in the body, a
+        base plate that does not close the cavity below, and walls of no thickness.
 
         Raises:
-            ValueError: It is too short, too long or too high.
+            ValueError: It is too short, too long or too high, the plate is too short or too narrow,
+                or a wall is too thin.
         """
         length, _, height = self.connector_mm
         between = (self.inner_tooth_count - 1) * self.tooth_pitch_mm - self.chamber_mm[0]
@@ -113,6 +118,52 @@ class PneuNetShape(Checked):
             raise ValueError(
                 f"connector_mm is {height:g} mm high, expected less than the tooth base, "
                 f"{self.tooth_base_mm[2]:g} mm: it would break through between the teeth"
+            )
+        self._check_plate()
+        self._check_walls()
+
+    def _check_plate(self) -> None:
+        """Refuse a base plate that does not reach beyond the cavity, of which it is the floor."""
+        between = (self.inner_tooth_count - 1) * self.tooth_pitch_mm
+        reach = (
+            ("long", max(self.connector_mm[0], between + self.chamber_mm[0])),
+            ("wide", max(self.connector_mm[1], self.chamber_mm[1])),
+        )
+        for size, (word, cavity) in zip(self.base_plate_mm, reach, strict=False):
+            if size <= cavity + _TOUCH_MM:
+                raise ValueError(
+                    f"base_plate_mm is {size:g} mm {word}, expected more than {cavity:g}, as "
+                    f"{word} as chambers and connector together (chamber_mm, connector_mm): it "
+                    "closes them below, and air would leave beside it"
+                )
+
+    def _check_walls(self) -> None:
+        """Refuse walls that are none but for rounding."""
+        top = self.tooth_base_mm[2] + self.tooth_height_mm
+        width = max(self.chamber_mm[1], self.connector_mm[1])
+        narrow = min(self.chamber_mm[1], self.connector_mm[1])
+        walls = {
+            "of the teeth along x (inner_tooth_length_mm, chamber_mm)":
+                0.5 * (self.inner_tooth_length_mm - self.chamber_mm[0]),
+            "above the chambers (tooth_base_mm, tooth_height_mm, chamber_mm)":
+                top - self.chamber_mm[2],
+            "beside the cavity (tooth_base_mm, chamber_mm, connector_mm)":
+                0.5 * (self.tooth_base_mm[1] - width),
+            "at the connector's ends (tooth_base_mm, connector_mm)":
+                0.5 * (self.tooth_base_mm[0] - self.connector_mm[0]),
+            "below the cavity (base_plate_mm)": self.base_plate_mm[2],
+        }  # fmt: skip
+        for where, thickness in walls.items():
+            if thickness < _LEAST_WALL_MM:
+                raise ValueError(
+                    f"the wall {where} is {thickness:.3g} mm thick, expected at least "
+                    f"{_LEAST_WALL_MM:g} mm: sizes are in mm"
+                )
+        if 0.5 * (narrow - self.middle_wall_mm) < _LEAST_WALL_MM:
+            raise ValueError(
+                f"middle_wall_mm is {self.middle_wall_mm:.9g} and the narrowest cavity {narrow:g} "
+                f"mm wide (chamber_mm, connector_mm), expected at least {_LEAST_WALL_MM:g} mm of "
+                "it on both sides of the wall"
             )
 
     def scaled(self, factor: float) -> PneuNetShape:
@@ -215,13 +266,15 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
 
     Raises:
         ModuleNotFoundError: netgen is not installed.
-        ValueError: The connector does not connect the chambers, or breaks through the outside.
-        MeshError: The mesh that came out is faulty.
+        ValueError: The connector does not connect the chambers, or a cavity breaks through the
+            outside.
+        MeshError: The mesher fails, or the mesh that came out is faulty.
     """
     shape = shape or PneuNetShape()
     settings = settings or MesherSettings()
     shape.check_connector()
-    nodes, tetrahedra = tetrahedralise(_half_solid(shape), settings)
+    with meshing("leg"):
+        nodes, tetrahedra = tetrahedralise(_half_solid(shape), settings)
     whole = mirror_half(nodes, tetrahedra)
     half = whole.tetrahedra[: len(tetrahedra)]
     boundary = boundary_triangles(half)

@@ -10,7 +10,7 @@ import pytest
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.progress import Progress
-from pneumorph.base.run_folder import RunFolder, default_folder, read_summary
+from pneumorph.base.run_folder import RunFolder, default_folder, read_settings, read_summary
 
 
 def test_numbers_that_are_not_finite_become_null(tmp_path: Path) -> None:
@@ -134,3 +134,11 @@ def test_what_a_stopped_run_needs_is_there_until_the_summary_is(
     assert (tmp_path / "walks/a.json").exists()
     folder.save_summary({})
     assert not (tmp_path / "walks").exists()
+
+
+def test_what_is_no_folder_is_told_as_what_it_is(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for name, told in (("file", "is a file"), ("nowhere", "does not exist")):
+        for read in (read_summary, read_settings):
+            with pytest.raises(ArtefactError, match=f"{name} {told}, expected the folder of"):
+                read(tmp_path / name)

@@ -99,6 +99,26 @@ Edited = Callable[[str, str], Path]
             "modules = []",
             r"sites\[1\].modules is empty, .*long",
         ),
+        (
+            'modules = ["long"]',
+            'modules = ["long", "short", "long"]',
+            r"sites\[1\].modules is \['long', 'short', 'long'\] and names 'long' 2 times, expected",
+        ),
+        (
+            "minimum_legs = 4",
+            'exclusions = ["0 1 0"]',
+            r"designs.exclusions\[0\] is '0 1 0' and names site 0 2 times, expected each site once",
+        ),
+        (
+            f"{USUAL}minimum",
+            'exclusions = ["0 5", "2 3", "5 0"]\nminimum',
+            r"exclusions\[0\] is '0 5' and designs.exclusions\[2\] is '5 0', which say the same",
+        ),
+        (
+            "minimum_legs = 4",
+            'same = ["180", "mirror", "-180"]',
+            r"designs.same\[0\] is '180' and designs.same\[2\] is '-180', which say the same",
+        ),
         ("minimum_legs = 4", 'same = ["90"]', "turn of site 0 lies on no site"),
         ("minimum_legs = 4", 'same = ["half"]', "designs.same has 'half'"),
         ("minimum_legs = 4", 'options = ["0 *"]', "designs.options has 1 entries"),

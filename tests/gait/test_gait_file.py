@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneumorph.gait.gait_file import read_gait, write_gait
+from pneumorph.gait.gait_file import gait_remarks, read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 
 HEADER = "time_s,regulator_1_kPa,regulator_2_kPa\n"
@@ -70,3 +70,31 @@ def test_a_gait_without_a_limit_is_read_back(highest: float, named: bool, tmp_pa
     np.testing.assert_array_equal(read.held_kPa, held)
     assert read.maximum_pressure_kPa == (highest if named else 90.0)
     assert ("maximum" in path.read_text()) is named
+
+
+@pytest.mark.parametrize(
+    ("name", "one", "other"),
+    [
+        ("design", "1.0.0.2.2.0.0.1", "0.0.1.2.1.0.0.0"),
+        ("maximum_pressure_kPa", "120", "100"),
+        ("kPa_per_unit", "1.0", "6.894757"),
+    ],
+)
+def test_a_comment_that_is_read_has_one_value(
+    name: str, one: str, other: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "two.csv"
+    rows = HEADER + "0,10,20\n1,10,20\n"
+    path.write_text(f"# {name}: {one}\n\n# of two files\n#{name}: {other}\n{rows}")
+    told = rf"two\.csv: {name} is '{one}' in line 1 and '{other}' in line 4, expected one value"
+    for read in (read_gait, gait_remarks):
+        with pytest.raises(ValueError, match=told):
+            read(path)
+    path.write_text(f"# {name}: {one}\n# {name}: {one}\n{rows}")
+    assert read_gait(path)[1] == gait_remarks(path) == {name: one}
+
+
+def test_comments_of_ones_own_may_be_repeated(tmp_path: Path) -> None:
+    path = tmp_path / "notes.csv"
+    path.write_text(f"# note: first\n# note: second\n{HEADER}0,10,20\n1,10,20\n")
+    assert read_gait(path)[1] == {"note": "second"}

@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
@@ -97,6 +97,33 @@ def test_a_connector_that_connects_nothing_or_breaks_out_is_refused(connector, r
     """Before it is meshed; its chambers alone would be inflated as if air came to them."""
     shape = PneuNetShape(connector_mm=connector)
     with pytest.raises(ValueError, match=f"connector_mm {reason}"):
+        mesh_pneunet(shape)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"base_plate_mm": (70.0, 32.0, 4.0)}, "is 70 mm long, expected more than 81, as long as"),
+        ({"base_plate_mm": (115.0, 10.0, 4.0)}, "is 10 mm wide, expected more than 14, as wide"),
+        ({"base_plate_mm": (115.0, 14.0, 4.0)}, "is 14 mm wide, expected more than 14, as wide"),
+        ({"base_plate_mm": (115.0, 32.0, 0.001)}, r"below the cavity .* is 0\.001 mm thick, exp"),
+        ({"chamber_mm": (7.9999999, 14.0, 13.0)}, "of the teeth along x .* is 5e-08 mm thick"),
+        ({"chamber_mm": (2.0, 14.0, 15.9999999)}, "above the chambers .* is 1e-07 mm thick"),
+        ({"chamber_mm": (2.0, 19.9999999, 13.0)}, "beside the cavity .* is 5e-08 mm thick"),
+        ({"connector_mm": (103.99999, 2.0, 2.0)}, "at the connector's ends .* is 5e-06 mm thick"),
+        ({"middle_wall_mm": 1.9999999}, r"middle_wall_mm is 1\.9999999 and the narrowest .* 2 mm"),
+    ],
+)
+def test_sizes_that_contradict_each_other_are_refused_before_meshing(change, reason):
+    """With both numbers; the mesher would fail in words of its own, or leave the cavity open."""
+    shape = dataclasses.replace(PneuNetShape(), **change)
+    with pytest.raises(ValueError, match=reason):
+        mesh_pneunet(shape)
+
+
+def test_a_failure_of_the_mesher_is_told_with_the_shape():
+    shape = dataclasses.replace(PneuNetShape(), chamber_mm=(1e-7, 14.0, 13.0))
+    with pytest.raises(MeshError, match=r"cannot fill the leg with tetrahedra .* smallest ones"):
         mesh_pneunet(shape)
 
 
