@@ -161,7 +161,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
         resumable = hasattr(options, "resume")  # it refuses other settings than its checkpoint's
         put_back = folder.begin(content, fresh, resumable)
         try:
-            with _told_of_earlier_run(origin.get("taken_over_from")):
+            with _told_of_earlier_run(origin.get("taken_over_from"), arguments):
                 result = verb.run(options, folder)
             summary = result_to_dict(result)
         except BaseException as error:
@@ -206,7 +206,7 @@ def _parsed(
     from pneumorph.base.idle_settings import is_of_a_run, refuse_idle
     from pneumorph.base.layers import changed_flags, flags_of, given_flags, layer_of_flag, layered
     from pneumorph.base.meant_flags import meant_flags
-    from pneumorph.base.settings import load_settings, read_settings_file
+    from pneumorph.base.settings import load_settings, read_settings_file, upgraded
     from pneumorph.catalogue.older_names import current_arguments
     from pneumorph.command.verb import CommonOptions
 
@@ -258,10 +258,13 @@ def _parsed(
     options = layered(base, layers)
     earlier = verb.taken_over(parsed.options)
     if earlier is not None:
-        with _told_of_earlier_run(str(earlier.run)):
+        with _told_of_earlier_run(str(earlier.run), arguments):
             taken = below = layered(base, [earlier.settings])
             options = layered(taken, layers)
+        given = [upgraded(type(options), layer) for layer in layers]
+        set_here = {flag for each in given for flag in changed_flags(taken, options, each)}
         changed = changed_flags(taken, options, earlier.settings)
+        changed = [flag for flag in changed if flag in set_here]  # others come with these
         yours = f" (yours: {', '.join(changed)})" if changed else ""
         print(f"{earlier.said}{yours}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
@@ -279,17 +282,24 @@ _BACKGROUND = "pneumorph_background"
 
 
 @contextmanager
-def _told_of_earlier_run(folder: str | None) -> Iterator[None]:
+def _told_of_earlier_run(folder: str | None, arguments: list[str]) -> Iterator[None]:
     """Say of what fails with settings of an earlier run, which nobody wrote, whose they are.
 
     Args:
         folder: The run's; None where no settings are taken over.
+        arguments: The verb's; a robot's file among them stands in place of the run's robot.
     """
     try:
         yield
     except (ValueError, OSError, ArithmeticError) as error:
         if folder is not None and folder not in str(error):
-            said = f" (leg and physics are of {Path(folder) / 'settings.json'})"
+            file, robot = Path(folder) / "settings.json", _last(_values_of("--robot", arguments))
+            said = f" (leg and physics are of {file})"
+            if robot is not None:
+                said = (
+                    f" (--robot {robot} is given, what it does not say is of {file}; without "
+                    "--robot the robot is that run's own)"
+                )
             setattr(error, _BACKGROUND, said)
         raise
 

@@ -50,10 +50,9 @@ def run(options: AnalyseOptions, folder: RunFolder) -> Analysis:
 
 def taken_over(options: AnalyseOptions) -> TakenOver | None:
     """Leg and physics of the run."""
-    if options.afresh:
-        return None
     learned = FinishedRun.read(options.run)
-    return learned.handed_on(learned.taken_over("robot"))
+    learned.refuse_other_robot(options.robot, options.afresh)
+    return None if options.afresh else learned.handed_on(learned.taken_over("robot"))
 
 
 VERB = Verb(AnalyseOptions, run, taken_over=taken_over)

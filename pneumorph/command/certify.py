@@ -64,9 +64,9 @@ def run(options: CertifyOptions, folder: RunFolder) -> Certificate:
 
 def taken_over(options: CertifyOptions) -> TakenOver | None:
     """Leg and physics of the run, and the worlds that it was trained in."""
-    if options.afresh:
-        return None
-    return FinishedRun.read(options.run).handed_on_with_worlds("certificate")
+    learned = FinishedRun.read(options.run)
+    learned.refuse_other_robot(options.robot, options.afresh)
+    return None if options.afresh else learned.handed_on_with_worlds("certificate")
 
 
 VERB = Verb(CertifyOptions, run, taken_over=taken_over)

@@ -69,9 +69,9 @@ def run(options: EvaluateOptions, folder: RunFolder) -> Evaluation:
 
 def taken_over(options: EvaluateOptions) -> TakenOver | None:
     """Leg and physics of the run, and the worlds that it was trained in."""
-    if options.afresh:
-        return None
-    return FinishedRun.read(options.run).handed_on_with_worlds("evaluation")
+    learned = FinishedRun.read(options.run)
+    learned.refuse_other_robot(options.robot, options.afresh)
+    return None if options.afresh else learned.handed_on_with_worlds("evaluation")
 
 
 VERB = Verb(EvaluateOptions, run, taken_over=taken_over)

@@ -16,7 +16,7 @@ from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.gait.walk import walk
-from pneumorph.learn.failed_walks import with_failed, with_lost
+from pneumorph.learn.failed_walks import with_failed
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
@@ -92,10 +92,13 @@ def certify_once(
     lasting = replace(candidates.baseline.gait, duration_s=duration_s)
     baseline = replace(candidates.baseline, gait=lasting)
     expert, phase_deg = _tuned_expert(baseline, spec, tuning, folder, goal)
-    seen_mean = candidates.seen_mean
+    # What ranked the pairs of a robust run is its objective, which need not be the mean.
+    seen_mean, best = candidates.seen_mean, 0
     if seen_mean is None:
         folder.progress.stage("walking in the training's worlds")
-        seen_mean = np.nan_to_num(_walked(spec, walkers, seen, folder, goal).achieved).mean(axis=0)
+        there = _walked(spec, walkers, seen, folder, goal).achieved
+        seen_mean = means_over_worlds(there)
+        best = 0 if candidates.ranked_there else best_on_average(there)
     drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
     worlds = unseen_worlds(drawn, count, seed)
     folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
@@ -123,8 +126,6 @@ def certify_once(
         len(seen) if candidates.ranked_there else 0,
         goal,
     )
-    # What ranked the pairs of a robust run is its objective, which need not be the mean.
-    best = 0 if candidates.ranked_there else int(np.argmax(seen_mean))
     folder.progress.stage("looking at the walks")
     certified = [
         evidence.of(place, walker, pair.gait_file)
@@ -213,7 +214,9 @@ class _Evidence:
     def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
         """What is to be expected of one pair."""
         achieved, promised = self.walked.achieved[:, place], self.promised[place]
-        alike = np.nan_to_num(self.alike[:, place])
+        failed = np.isnan(self.alike[:, place])
+        # As the training counts them, whose mean is promised.
+        alike = with_failed(np.nan_to_num(self.alike[:, place])[None], failed[None])[0]
         counted, ratio = np.nan_to_num(achieved), self.walked.range_ratio[:, place]
         known = ratio[~np.isnan(ratio)]
         trajectory = recorded_walk(
@@ -253,15 +256,25 @@ class _Evidence:
 
 
 def best_on_average(achieved: np.ndarray) -> int:
-    """Number of the gait whose mean is the largest, walks that failed counted as by `with_failed`
-    and `with_lost`: none is the best because it fails where others go backward.
+    """Number of the gait whose mean is the largest, as of `means_over_worlds`; one that failed in
+    all worlds comes behind all others: none is the best because it fails where others go backward.
 
     Args:
         achieved: In each world [any unit], (world, gait); NaN where the simulation failed.
     """
-    failed = np.isnan(achieved.T)
-    means = with_failed(np.nan_to_num(achieved.T), failed).mean(axis=1)
-    return int(np.argmax(with_lost(means, failed.all(axis=1))))
+    lost = np.isnan(achieved).all(axis=0)
+    return int(np.argmax(np.where(lost, -np.inf, means_over_worlds(achieved))))
+
+
+def means_over_worlds(achieved: np.ndarray) -> np.ndarray:
+    """Mean of each gait over worlds [the same unit], (gait,), walks that failed counted as by
+    `with_failed`, as a training counts them.
+
+    Args:
+        achieved: In each world [any unit], (world, gait); NaN where the simulation failed.
+    """
+    means: np.ndarray = with_failed(np.nan_to_num(achieved.T), np.isnan(achieved.T)).mean(axis=1)
+    return means
 
 
 def _tuned_expert(

@@ -104,7 +104,7 @@ def certify_candidates(
     again: Again,
 ) -> Certificate:
     """Certify pairs and the expert; raises as `certify`, before anything walks where the folder's
-    new legs are of other settings.
+    new legs are of other settings, another robot or other pairs.
 
     What was made is kept until the folder has a summary, finite elements beyond it: the same call
     goes on where it was stopped, and seconds that were spent on finite elements and new legs before
@@ -122,8 +122,9 @@ def certify_candidates(
     rounds: list[CertifiedRound] = []
     walked: list[tuple[Candidates, RobotSpec]] = []
     made_s = wall_s = 0.0
-    made_of = made_of_settings(settings, spec, again.reduction) if settings.full else {}
+    made_of: dict[str, Any] = {}
     if settings.full:
+        made_of = made_of_settings(candidates, settings, spec, again.reduction)
         refuse_other_legs(folder.path, made_of)
     folder.keep_until_summary(folder.path / KEPT_WALKS)
     while True:
@@ -172,19 +173,33 @@ def forget_certificate(folder: Path) -> None:
             (folder / name).unlink(missing_ok=True)
 
 
+def set_rounds_aside(folder: Path) -> None:
+    """Move new legs of an earlier training's pairs to `earlier`, in the place of those that lay
+    there: hours of work, but of other walks. Walks of finite elements stay, and say whose they are.
+    """
+    for path in (*folder.glob("round_*"), folder / "snapshots"):
+        if path.exists():
+            aside = folder / "earlier" / path.name
+            shutil.rmtree(aside, ignore_errors=True)
+            aside.parent.mkdir(exist_ok=True)
+            path.replace(aside)
+
+
 def nearest_round(rounds: Sequence[CertifiedRound]) -> int:
     """Which round's leg parts least from its finite elements: the last one's where that agrees, of
-    others that of the least mean difference over the walks that are not chaotic, the later one of
-    equals."""
+    others, over the walks that are not chaotic, that of the fewest which did not come to their end
+    in both models, of equals that of the least mean difference of the rest, then the later one. One
+    whose walks are all chaotic says nothing, and comes last."""
 
-    def parts_by(each: CertifiedRound) -> float:
+    def parts_by(each: CertifiedRound) -> tuple[float, float]:
+        repeating = [walk for pair in each.pairs for walk in pair.full_order if walk.repeats]
         apart = [
-            np.inf if walk.full is None or walk.reduced is None else abs(walk.full - walk.reduced)
-            for pair in each.pairs
-            for walk in pair.full_order
-            if walk.repeats
+            abs(walk.full - walk.reduced)
+            for walk in repeating
+            if walk.full is not None and walk.reduced is not None
         ]
-        return float(np.mean(apart)) if apart else 0.0
+        unended = len(repeating) - len(apart) if repeating else np.inf
+        return unended, float(np.mean(apart)) if apart else np.inf
 
     last = len(rounds) - 1
     if rounds[last].agrees:

@@ -248,10 +248,25 @@ class FinishedRun:
         """What the task of its training was called, where it was none of the package's."""
         return None if self.summary.get("own_task") is None else self.of_summary("own_task", str)
 
-    @property
+    @cached_property
     def has_drawn_worlds(self) -> bool:
-        """Whether its robots walked in worlds drawn at random."""
+        """Whether its robots walked in worlds drawn at random.
+
+        Raises:
+            ArtefactError: The objective of a search is damaged.
+        """
+        searched = self.settings.get("search")
+        if isinstance(searched, Mapping) and "objective" in searched:
+            return self.structured("search.objective", Objective).is_robust
         return bool(self.settings.get("randomize"))
+
+    @property
+    def _tells_worlds(self) -> bool:
+        """Whether it says what its worlds were drawn from: not every search beside a training
+        does."""
+        return self.has_drawn_worlds and not (
+            "search" in self.settings and "randomisation" not in self.settings
+        )
 
     @property
     def _learner(self) -> str:
@@ -264,8 +279,8 @@ class FinishedRun:
     @cached_property
     def worlds(self) -> Randomisation | None:
         """What its worlds were drawn from, as tests of its robot left them; None where it walked in
-        one."""
-        if not self.has_drawn_worlds:
+        one, or does not say."""
+        if not self._tells_worlds:
             return None
         drawn = self.structured("randomisation", Randomisation)
         return self.spec().agreeing_worlds(drawn)
@@ -274,16 +289,49 @@ class FinishedRun:
         """Groups of its settings for a later verb, such as ``robot``: its leg and physics, but not
         where they were computed.
 
-        ``randomisation``, the worlds it was trained in, is there only where it was.
+        ``randomisation``, the worlds it was trained or searched in, is there only where it was.
         """
         found = {
             name: self.of_settings(name, dict)
             for name in groups
-            if name != "randomisation" or self.has_drawn_worlds
+            if name != "randomisation" or self._tells_worlds
         }
         if "robot" in found:
             found["robot"] = {k: v for k, v in found["robot"].items() if k != "executor"}
         return found
+
+    def refuse_other_robot(self, robot: RobotOptions, afresh: bool) -> None:
+        """Refuse the robot of a file for which this run's designs and gaits are not.
+
+        Args:
+            robot: What is asked for; without a file nothing is refused.
+            afresh: Whether nothing of the run's robot is taken over.
+
+        Raises:
+            ValueError: It has other numbers of sites or regulators, or the run's leg would be taken
+                over beside a file that says its own.
+        """
+        asked, file = robot.description, self.robot.described
+        if asked is None:
+            return
+        whose = "the paper's robot" if file is None else f"the robot {file}"
+        back = "leave out --robot for the run's own robot"
+        if self.robot.part is not None and not afresh:
+            raise ValueError(
+                f"--robot {robot.described} is given, and {self.folder} is of {whose} with the leg "
+                f"{self.robot.part}, expected one of them: a robot's file says its own legs; {back}"
+                ", or give --afresh to take only designs and gaits from the run"
+            )
+        sites, regulators = len(asked.allowed_modules), asked.acting.regulator_count
+        own_regulators = self.robot.physics.regulator_count
+        own_sites = sites if self._site_count is None else self._site_count
+        if (sites, regulators) != (own_sites, own_regulators):
+            raise ValueError(
+                f"--robot {robot.described} has {sites} sites and {regulators} regulators, and "
+                f"{self.folder} is of {whose}, which has {own_sites} and {own_regulators}, "
+                f"expected as many: the run's designs and gaits are for these; {back}, or learn "
+                f"with that one: pneumorph coopt --robot {robot.described}"
+            )
 
     def handed_on(self, settings: Mapping[str, Any], said: str = "leg and physics") -> TakenOver:
         """Settings for a later verb, with what is said of them: whose, and under which damping."""

@@ -29,6 +29,7 @@ def recorded_walk(
     progress: Callable[[int, int, str], None] | None = None,
     watch: Callable[[Trajectory], None] | None = None,
     keep_checkpoint: bool = False,
+    resumed: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Return the trajectory of one robot with its nodes.
 
@@ -44,6 +45,8 @@ def recorded_walk(
         progress: Told the steps made and those to make, of finite elements.
         watch: Told what is recorded as it is simulated.
         keep_checkpoint: Leave that file to the caller, who removes it once the walk is saved.
+        resumed: Told the wall time that earlier processes spent on the way up to that file [s], of
+            finite elements that go on from it.
 
     Raises:
         ValueError: Finite elements without a checkpoint.
@@ -71,4 +74,5 @@ def recorded_walk(
         watch=watch,
         highest_kPa=gait.maximum_pressure_kPa,
         keep_checkpoint=keep_checkpoint,
+        resumed=resumed,
     )

@@ -13,9 +13,11 @@ from typing import Any, Literal
 import numpy as np
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.evaluation import evaluation_timesteps
+from pneumorph.learn.failed_walks import with_failed
 from pneumorph.learn.genetic_algorithm import GeneticSettings
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
@@ -49,6 +51,9 @@ _GENERATIONS = 6
 _SCREENING_WORLDS = 4
 """Worlds of the training that all uniform robots walk in; the best of them walk in all."""
 _BEST_OF_SCREENING = 6
+
+_SAID_NOW = ("leg", "identity", "calibration")
+"""What rivals that earlier versions kept do not say."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +140,9 @@ class UniformRobot:
 
     design: str
     phase_deg: float
-    score: float
-    """The training's objective, of what it achieves of the goal there [its unit]."""
+    score: float | None
+    """The training's objective, of what it achieves of the goal there [its unit]; None where all
+    failed in all of these worlds."""
     walk_count: int
     """Walks that it was chosen by."""
     wall_s: float
@@ -162,11 +168,16 @@ def uniform(
         "run": str(run.folder),
         "designs": list(designs),
         "phases_deg": list(phases_deg),
+        **_files_of(run),
     }
     if usual != run.baseline.gait:  # earlier versions had the baseline's duration
         asked["duration_s"] = usual.duration_s
     found = study_once(
-        place, UniformRobot, asked, lambda: _best_uniform(run, designs, phases_deg, place)
+        place,
+        UniformRobot,
+        asked,
+        lambda: _best_uniform(run, designs, phases_deg, place),
+        later=_SAID_NOW,
     )
     gait = replace(usual, phase_deg=found.phase_deg)
     return Contender(
@@ -179,6 +190,17 @@ def uniform(
         None,
         None,
     )
+
+
+def _files_of(run: FinishedRun) -> dict[str, Any]:
+    """What its robots are made of, which the names of their files do not say: these may have been
+    written again."""
+    spec = run.spec()
+    return {
+        "leg": reduction_digest(spec),
+        "identity": resume_identity(spec, run.worlds),
+        "calibration": None if spec.calibration is None else spec.calibration.digest(),
+    }
 
 
 def _lasting(run: FinishedRun) -> ExpertGait:
@@ -210,16 +232,18 @@ def _best_uniform(
             folder,
             run.goal,
         )
-        return objective.of(np.nan_to_num(achieved).T)
+        failed = np.isnan(achieved.T)
+        scored = objective.of(with_failed(np.nan_to_num(achieved.T), failed))
+        # One that failed in all of them comes behind all others.
+        return np.where(failed.all(axis=1), -np.inf, scored)
 
     order = np.argsort(-scores(asked, few), kind="stable")[:_BEST_OF_SCREENING]
     finalists = [asked[number] for number in order]
     final = scores(finalists, worlds)
     design, gait = finalists[int(np.argmax(final))]
     count = len(asked) * len(few) + len(finalists) * len(worlds)
-    return UniformRobot(
-        str(design), gait.phase_deg, float(final.max()), count, time.monotonic() - start
-    )
+    score = float(final.max()) if np.isfinite(final.max()) else None
+    return UniformRobot(str(design), gait.phase_deg, score, count, time.monotonic() - start)
 
 
 def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
@@ -258,7 +282,7 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
     found = study_once(
         place,
         SearchFindings,
-        {"run": str(run.folder), "search": settings, "robot": run.robot},
+        {"run": str(run.folder), "search": settings, "robot": run.robot, **_files_of(run)},
         lambda: search(
             settings,
             run.spec(),
@@ -266,6 +290,7 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
             run if method == "gaits" else None,
             run.worlds,
         ),
+        later=_SAID_NOW,
     )
     pairs = found.pairs if found.pairs is not None else found.designs
     known = [each for each in pairs or () if each.gait is not None and each.score_cm is not None]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.spent_time import spent_s
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
@@ -21,7 +23,7 @@ from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.gait_search import GaitSearch
 from pneumorph.learn.genetic_algorithm import GeneticAlgorithm
 from pneumorph.learn.random_search import RandomSearch
-from pneumorph.learn.search_run import run_search
+from pneumorph.learn.search_run import LOG_FILE, run_search
 from pneumorph.learn.searcher import Searcher
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.robot.design_space import DesignSpace
@@ -49,6 +51,9 @@ from pneumorph.study.search_settings import (
 from pneumorph.study.survived import status_of
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
+SPENT_FILE = "spent.json"
+"""What a search has taken so far, so that processes that were stopped count."""
+
 
 def search(
     settings: SearchSettings,
@@ -62,8 +67,8 @@ def search(
     Args:
         settings: What is searched.
         robot: What walks.
-        folder: Receives ``search.jsonl``, ``learning_curve.json`` and the best gaits; a search that
-            is there already goes on.
+        folder: Receives ``search.jsonl``, ``learning_curve.json``, ``spent.json`` (the seconds that
+            the search has taken) and the best gaits; a search that is there already goes on.
         learned: A coopt run whose best designs are searched as well and whose policy and pairs
             stand beside, in the same worlds as what is found; task, space and objective of the
             settings must be its own.
@@ -118,18 +123,28 @@ def search(
     action_s = task.action_s(robot.physics.time_step_s)
     own = own_pairs(environment, space, learned, list(designs), action_s, folder, objective)
     folder.progress.stage(f"searching ({settings.method})")
-    found = run_search(
-        _searcher(settings, list(designs)),
-        environment,
-        space,
-        asked,
-        folder.path,
-        objective=objective,
-        finalist_count=max(settings.finalist_count, len(designs)),
-        every_design=gaits,
-        description=_description(settings, robot, list(designs), worlds),
-        progress=folder.progress,
-    )
+    earlier_s: list[float] = []
+    with ExitStack() as clock:
+
+        def told_progress(done: int, total: int, message: str) -> None:
+            if not earlier_s:  # only now is the folder known to be of this very search
+                earlier_s.append(clock.enter_context(spent_s(folder / SPENT_FILE)))
+            folder.progress(done, total, message)
+
+        if not (folder.path / LOG_FILE).exists():  # nothing is gone on with
+            (folder.path / SPENT_FILE).unlink(missing_ok=True)
+        found = run_search(
+            _searcher(settings, list(designs)),
+            environment,
+            space,
+            asked,
+            folder.path,
+            objective=objective,
+            finalist_count=max(settings.finalist_count, len(designs)),
+            every_design=gaits,
+            description=_description(settings, robot, list(designs), worlds),
+            progress=told_progress,
+        )
     write_curve(folder, found, action_s, task.goal)
     gait_files = GaitFiles(folder, space, task, action_s)
     pairs: tuple[FoundPair, ...] | None = None
@@ -166,7 +181,7 @@ def search(
         best_achieved=None if best is None else best.achieved,
         finalist_timesteps=found.finalist_timesteps,
         **robot.describe(reduced=False),
-        wall_s=time.monotonic() - start,
+        wall_s=sum(earlier_s) + time.monotonic() - start,
         status=status_of(walked or None),
     )
 

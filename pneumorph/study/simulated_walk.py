@@ -70,9 +70,10 @@ class SimulatedWalk:
     """File of the recorded walk."""
     damping: str
     simulation_wall_s: float
-    """Wall time of the simulation alone [s]."""
+    """Wall time of the simulation alone [s], with processes that were stopped, up to their last
+    checkpoints."""
     wall_s: float
-    """Wall time of all [s]."""
+    """Wall time of all [s], likewise."""
     left_cm: float | None = None
     """Travel to the left; None as of the distance, and in files of earlier versions."""
     turned_deg: float | None = None
@@ -145,6 +146,7 @@ def simulate(
         say_unseen_pressure(robot, float(commands.max(initial=0.0)), folder.progress.say)
     folder.progress.stage(f"simulating {source.design} with the {settings.model} model")
     simulation_start, checkpoint = time.monotonic(), folder / "checkpoint.npz"
+    resumed_s: list[float] = []
     trajectory = recorded_walk(
         _on_every_processor(robot),
         source.design,
@@ -156,8 +158,10 @@ def simulate(
         progress=folder.progress,
         watch=watch,
         keep_checkpoint=True,
+        resumed=resumed_s.append,
     )
-    simulated_s = time.monotonic() - simulation_start
+    earlier_s = sum(resumed_s)
+    simulated_s = earlier_s + time.monotonic() - simulation_start
     path = trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
     checkpoint.unlink(missing_ok=True)
     told, ended = trajectory.metadata, trajectory.status == "completed"
@@ -184,7 +188,7 @@ def simulate(
         range_ratio=told.get("range_ratio"),
         notes=notes,
         simulation_wall_s=simulated_s,
-        wall_s=time.monotonic() - start,
+        wall_s=earlier_s + time.monotonic() - start,
     )
 
 

@@ -40,6 +40,7 @@ from pneumorph.study.certified_rounds import (
     Again,
     certify_candidates,
     forget_certificate,
+    set_rounds_aside,
 )
 from pneumorph.study.checked_designs import check_designs
 from pneumorph.study.learned_again import Trained
@@ -169,6 +170,8 @@ def run_training(
         own = folder
         if certificate.full:
             own = RunFolder(folder.path / CERTIFICATE_FOLDER, "certify", folder.progress)
+            if known != _told_pairs(training):
+                set_rounds_aside(own.path)
         certified = certify_candidates(found, certificate, spec, own, again)
         folder.keep_until_summary(own.path / KEPT_WALKS)
     if certified is None or not certified.rounds:

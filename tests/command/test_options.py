@@ -346,6 +346,47 @@ def test_air_is_asked_for_by_flags_and_files(tmp_path: Path, asked: Ask) -> None
     assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
 
 
+@pytest.mark.parametrize("verb", ["evaluate", "certify", "analyse"])
+def test_a_robot_that_the_runs_gaits_are_not_for_is_refused(
+    verb: str, tmp_path: Path, asked: Ask, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By what was given and what the run has; a flag that nobody gave is not named."""
+    folder, plate = learned(tmp_path / "run"), PLATES / "plate.toml"
+    out = f"--out {tmp_path / 'out'}"
+    for rest in ("", " --afresh"):
+        assert run(f"{verb} {folder} --robot {plate} {out}{rest}".split()) == 1
+        told = capsys.readouterr().err
+        assert f"--robot {plate} has 6 sites and 4 regulators, and {folder} is of the" in told
+        assert "robot, which has 8 and 3, expected as many" in told
+        assert "leave out --robot" in told
+        assert "leg and physics" not in told
+    # Of its own robot's file the same robot walks.
+    kept = layered(TrainingOptions(), [{"robot": {"described": str(plate)}}])
+    described = write_run(tmp_path / "plate", "coopt", kept, ("b1.0.2.2.0.b1",))
+    assert asked(f"{verb} {described} --robot {plate}").robot.described == plate
+    assert "(yours: " not in capsys.readouterr().err
+
+
+def test_a_leg_of_a_run_is_not_said_to_be_given(
+    tmp_path: Path, leg: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = TrainingOptions(robot=layered(PUBLISHED, [{"part": str(leg)}]))
+    best = "1.0.0.2.2.0.0.1"
+    folder = write_run(tmp_path / "run", "coopt", options, (best,), best_design=best)
+    plate = PLATES / "plate.toml"
+    assert run(f"evaluate {folder} --robot {plate} --out {tmp_path / 'out'}".split()) == 1
+    told = capsys.readouterr().err
+    assert f"--robot {plate} is given, and {folder} is of the paper's robot with the leg {leg}" in (
+        told
+    )
+    assert "--afresh" in told
+    # A verb that takes another design besides says whose the rest is, and names no flag for it.
+    assert run(f"fabricate {folder} --robot {plate} --out {tmp_path / 'out'}".split()) == 1
+    told = capsys.readouterr().err
+    assert f"{folder} (published damping) (yours: --robot)" in told
+    assert f"(--robot {plate} is given, what it does not say is of {folder}" in told
+
+
 def test_a_verb_says_what_it_takes_over_and_what_flags_change(
     tmp_path: Path, asked: Ask, capsys: pytest.CaptureFixture[str]
 ) -> None:

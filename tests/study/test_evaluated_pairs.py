@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +15,17 @@ from helpers.run_folders import write_run
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.cli import run as run_verb
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.learn.objective import Objective
 from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study import evaluation
 from pneumorph.study.evaluation import EvaluationSettings, _one_by_one, evaluate
 from pneumorph.study.finished_run import Pair
+from pneumorph.study.search_options import SearchOptions
+from pneumorph.study.search_settings import SearchSettings
 from pneumorph.study.training_options import TrainingOptions
 from pneumorph.trajectory import Trajectory
 
@@ -123,3 +129,25 @@ def test_what_an_earlier_evaluation_recorded_is_removed(tmp_path: Path) -> None:
     assert all(file.exists() for file in others)
     assert not full.exists()
     assert (folder / "earlier" / full.name).exists()
+
+
+def test_pairs_of_a_search_over_worlds_need_not_repeat_its_means(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Once physics, leg or machine were said to differ; worlds are drawn from the search's own."""
+    asked = SearchOptions(
+        search=SearchSettings(
+            "random", task=CrawlingTask(action_count=2), objective=Objective(worlds_per_design=4)
+        ),
+        robot=RobotOptions.of("published", threads=1),
+        randomisation=Randomisation(friction="0.4", mass_factor="1.1"),
+    )
+    run = write_run(tmp_path / "run", "search", asked)
+    notes = " ".join(evaluate(run, folder=RunFolder(tmp_path / "alone", "evaluate")).notes)
+    assert "the run reported distances in worlds drawn at random" in notes
+    assert "machine differ" not in notes
+    out = tmp_path / "in_worlds"
+    assert run_verb(f"evaluate {run} --randomize --world-count 2 --out {out}".split()) == 0
+    assert "leg, physics and worlds of" in capsys.readouterr().err
+    drawn = json.loads((out / "summary.json").read_text())["robustness"]["distributions"]
+    assert (drawn["friction"], drawn["mass_factor"]) == ("0.4", "1.1")

@@ -21,6 +21,7 @@ from pneumorph.cli import run
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
@@ -28,6 +29,8 @@ from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.furthest import furthest
+from pneumorph.study.search_options import SearchOptions
+from pneumorph.study.search_settings import SearchSettings
 
 DESIGNS = (BASELINE_DESIGN, "0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0")
 SPACE = DesignSpace(maximum_legs=5)
@@ -81,6 +84,31 @@ def test_a_later_verb_takes_over_the_robot_and_the_worlds_it_was_trained_in(tmp_
     worlds = Randomisation(friction="0.4")
     drawn = FinishedRun.read(learned(tmp_path / "drawn", randomize=True, randomisation=worlds))
     assert drawn.taken_over("randomisation")["randomisation"]["friction"] == "0.4"
+
+
+@pytest.mark.parametrize("world_count", [1, 4])
+def test_a_search_over_worlds_says_what_they_were_drawn_from(
+    tmp_path: Path, world_count: int
+) -> None:
+    """Which has no --randomize; that beside a training of an earlier version does not say it."""
+    objective = Objective(worlds_per_design=world_count)
+    asked = SearchOptions(
+        search=SearchSettings("random", task=TASK, space=SPACE, objective=objective),
+        robot=ROBOT,
+        randomisation=Randomisation(friction="0.4"),
+    )
+    folder = write_run(tmp_path / "run", "search", asked, DESIGNS)
+    found, robust = FinishedRun.read(folder), world_count > 1
+    assert found.has_drawn_worlds == robust
+    assert found.worlds == (asked.randomisation if robust else None)
+    assert ("randomisation" in found.taken_over("robot", "randomisation")) == robust
+    assert found.handed_on_with_worlds("evaluation").settings.keys() == (
+        {"robot", "evaluation"} if robust else {"robot"}
+    )
+    change(folder / "settings.json", lambda settings: settings.pop("randomisation"))
+    beside = FinishedRun.read(folder)
+    assert (beside.has_drawn_worlds, beside.worlds) == (robust, None)
+    assert beside.handed_on_with_worlds("evaluation").settings.keys() == {"robot"}
 
 
 def test_a_part_that_was_reduced_again_since_is_told_of(tmp_path: Path) -> None:

@@ -94,3 +94,32 @@ def test_a_chaotic_walk_chooses_no_leg() -> None:
 
     rounds = [beside(poor, lucky), replace(beside(good, unlucky), agrees=False)]
     assert nearest_round(rounds) == 1
+
+
+def of_walks(*walks: tuple[float | None, float, bool]) -> CertifiedRound:
+    """Of one pair in as many worlds: finite elements, reduced robot, whether it repeats."""
+    told = a_round(*(reduced for _, reduced, _ in walks))
+    (pair,) = told.pairs
+    changed = tuple(
+        replace(walk, full=full, repeats=repeats, agrees=False)
+        for walk, (full, _, repeats) in zip(pair.full_order, walks, strict=True)
+    )
+    return replace(told, pairs=(replace(pair, full_order=changed),), agrees=False)
+
+
+def test_a_walk_that_never_ends_does_not_hide_the_others() -> None:
+    """As finite elements, in every round: once all rounds were equally far, and the last won."""
+    near = of_walks((20.0, 20.5, True), (None, 18.0, True))
+    far = of_walks((20.0, 29.0, True), (None, 18.0, True))
+    assert nearest_round([near, far]) == 0
+    assert nearest_round([far, near]) == 1
+    # Fewer that do not end count more than how near the others are.
+    assert nearest_round([of_walks((20.0, 29.0, True), (18.0, 18.0, True)), near]) == 0
+
+
+def test_a_round_of_chaotic_walks_alone_is_the_nearest_to_nothing() -> None:
+    near = of_walks((20.0, 20.5, True), (20.0, 20.4, True))
+    chaotic = of_walks((20.0, 29.0, False), (20.0, 3.0, False))
+    unended = of_walks((20.0, 29.0, True), (None, 18.0, True))
+    assert nearest_round([near, chaotic]) == nearest_round([unended, chaotic]) == 0
+    assert nearest_round([chaotic, near]) == nearest_round([chaotic, unended]) == 1

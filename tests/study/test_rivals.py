@@ -9,13 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.result_example import example
 from helpers.short_training import SHORT_FINETUNING
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.learn.objective import Objective
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
+from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study import rivals
 from pneumorph.study.certified_candidates import CertificateSettings, worlds_of_training
 from pneumorph.study.finished_run import FinishedRun
@@ -29,7 +32,8 @@ from pneumorph.study.rivals import (
     uniform,
     worlds_of,
 )
-from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.robustness import WalksInWorlds, walks_in_worlds
+from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.search_settings import SearchSettings
 
 WORLDS = 6
@@ -197,3 +201,54 @@ def test_what_learning_took_is_without_its_certificate(turning: FinishedRun) -> 
     certified = {**turning.summary, "wall_s": turning.of_summary("wall_s", float) + 1e4}
     took = learned(replace(turning, summary=certified)).wall_s
     assert 0.0 < took == learned(turning).wall_s < turning.of_summary("wall_s", float)
+
+
+def test_a_uniform_robot_that_fails_is_behind_one_that_goes_backward(
+    turning: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What failed in some worlds is no better for it; what failed in all has no score."""
+    designs, nan = ("1.0.0.2.2.0.0.1", "0.1.0.2.0.1.0.0", "1.1.0.2.2.0.0.1"), np.nan
+    told = {
+        "some": np.array([[nan, -1.0, nan], [nan, -1.0, -3.0], [nan, -1.0, nan], [nan, -1.0, nan]]),
+        "none": np.full((4, 3), nan),
+    }
+
+    def walked(_: Any, chosen: Any, __: Any, worlds: Any, *___: Any) -> WalksInWorlds:
+        columns = [designs.index(str(each)) for each in chosen]
+        achieved = told[name][: len(worlds), columns]
+        return WalksInWorlds(achieved, np.ones_like(achieved), np.zeros_like(achieved))
+
+    monkeypatch.setattr(rivals, "walks_in_worlds", walked)
+    for name, best, score in (("some", designs[1], -1.0), ("none", designs[0], None)):
+        work = tmp_path / name
+        for _ in range(2):  # made, and read
+            assert str(uniform(turning, designs, [0.0], work).design) == best
+        (kept,) = work.glob("*/uniform/summary.json")
+        assert json.loads(kept.read_text())["score"] == score
+
+
+def test_rivals_of_a_leg_that_was_written_again_are_refused(
+    turning: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its file is called as before. Earlier versions did not keep what it was."""
+    nothing = replace(example(SearchFindings), status="completed", pairs=(), designs=None)
+    monkeypatch.setattr(rivals, "search", lambda *_: nothing)
+    part = turning.robot.part
+    assert part is not None
+    before, own = part.read_bytes(), ReducedPart.load(part)
+    _ = uniform(turning, ["1.0.0.2.2.0.0.1"], [0.0], tmp_path)
+    _ = searched(turning, "random", tmp_path)
+    try:
+        scaled_part(own, 0.97, 1.0).save(part)
+        with pytest.raises(ValueError, match=r"uniform holds a run of other settings \(leg "):
+            uniform(turning, ["1.0.0.2.2.0.0.1"], [0.0], tmp_path)
+        with pytest.raises(ValueError, match=r"random holds a run of other settings \(leg "):
+            searched(turning, "random", tmp_path)
+        for file in tmp_path.glob("*/*/settings.json"):
+            asked = json.loads(file.read_text())
+            assert all(asked.pop(name, file) != file for name in ("leg", "identity", "calibration"))
+            file.write_text(json.dumps(asked))
+        _ = uniform(turning, ["1.0.0.2.2.0.0.1"], [0.0], tmp_path)
+        _ = searched(turning, "random", tmp_path)
+    finally:
+        part.write_bytes(before)

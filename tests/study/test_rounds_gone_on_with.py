@@ -11,17 +11,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from helpers.result_example import example
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.spent_time import spent_s
+from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.physics.height_map import HeightMap
 from pneumorph.reduction.reduction_settings import ReductionSettings
+from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study import certified_rounds
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings, RoundSettings
@@ -31,8 +36,11 @@ from pneumorph.study.certified_rounds import (
     Again,
     certify_candidates,
     forget_certificate,
+    set_rounds_aside,
 )
+from pneumorph.study.certified_settings import SAID_NOW
 from pneumorph.study.certified_walks import FullOrderWalk
+from pneumorph.study.finished_run import Pair
 from pneumorph.study.reduce_settings import ReduceSettings
 from pneumorph.study.reduction import PART_FILE, Reduction
 from pneumorph.study.robustness import KEPT_WALKS
@@ -40,6 +48,9 @@ from pneumorph.study.shown_worlds import SHOWN_WORLDS
 
 SETTINGS = CertificateSettings(full=True, randomisation=Randomisation())
 Certify = Callable[..., Certificate]
+Changed = Callable[[Candidates, RobotSpec], tuple[Candidates, RobotSpec]]
+GAIT = HeldGait.evenly(np.array([[20.0, 0.0, 1.0], [5.0, 30.0, 1.0]]))
+PAIR = Pair(Design.parse(BASELINE_DESIGN), "training/gaits/L1.csv", GAIT, None, None)
 
 
 @pytest.fixture
@@ -60,7 +71,7 @@ def certify(tmp_path: Path, told: dict[str, Any], monkeypatch: pytest.MonkeyPatc
     leg = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)).save(tmp_path / "leg.npz")
     spec = RobotOptions.of("published", part=leg, threads=1).spec()
     candidates = Candidates(
-        tmp_path, (), CrawlingTask(), PhaseSweepSettings(), (), False, Randomisation()
+        tmp_path, (PAIR,), CrawlingTask(), PhaseSweepSettings(), (), False, Randomisation()
     )
 
     def once(
@@ -80,10 +91,12 @@ def certify(tmp_path: Path, told: dict[str, Any], monkeypatch: pytest.MonkeyPatc
         folder: RunFolder | Path,
         settings: CertificateSettings = SETTINGS,
         reduction: ReduceSettings | None = None,
+        change: Changed = lambda candidates, spec: (candidates, spec),
     ) -> Certificate:
         own = folder if isinstance(folder, RunFolder) else RunFolder(folder, "certify")
         again = Again(reduction or ReduceSettings())
-        return certify_candidates(candidates, settings, spec, own, again)
+        asked, robot = change(candidates, spec)
+        return certify_candidates(asked, settings, robot, own, again)
 
     return made
 
@@ -118,6 +131,76 @@ def test_other_settings_are_named_before_anything_walks(
     # What decides none of the new legs may be another.
     free = replace(SETTINGS, cycle_s=2.0, rounds=RoundSettings(limit=1))
     assert len(certify(tmp_path / "out", free).rounds) == 2
+
+
+def _full_order(spec: RobotSpec, **changes: Any) -> RobotSpec:
+    return replace(spec, full_order=replace(spec.full_order, **changes))
+
+
+OTHERS: dict[str, Changed] = {
+    "hub_mass": lambda c, s: (c, replace(s, hub=s.hub.weighing(0.05))),
+    "hub_model": lambda c, s: (c, replace(s, hub_model="rigid")),
+    "mounting_angle_deg": lambda c, s: (c, replace(s, mounting_angle_deg=3.0)),
+    "full_order": lambda c, s: (c, _full_order(s, contact_sweeps=7)),
+    "settling_step_count": lambda c, s: (
+        replace(c, task=replace(c.task, settling_step_count=7)),
+        s,
+    ),
+    "pairs.L1": lambda c, s: (replace(c, pairs=(replace(PAIR, design=Design.parse("1.2")),)), s),
+    "pairs.L2": lambda c, s: (replace(c, pairs=(PAIR, PAIR)), s),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_robots_and_pairs_are_refused_before_anything_walks(
+    certify: Certify, told: dict[str, Any], tmp_path: Path, name: str
+) -> None:
+    """Once finite elements walked first, and what the folder shows was written over."""
+    certify(tmp_path / "out")
+    told["walked"].clear()
+    with pytest.raises(ValueError, match=rf"round_1 holds a run of other settings \({name}\b"):
+        certify(tmp_path / "out", change=OTHERS[name])
+    assert told["walked"] == []
+
+
+def test_another_gait_and_another_map_of_the_same_name_are_refused(
+    certify: Certify, told: dict[str, Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "ground.npy"
+
+    def on_map(candidates: Candidates, spec: RobotSpec) -> tuple[Candidates, RobotSpec]:
+        ground = replace(spec.physics.ground, map=HeightMap(file))
+        return candidates, replace(spec, physics=replace(spec.physics, ground=ground))
+
+    def stronger(candidates: Candidates, spec: RobotSpec) -> tuple[Candidates, RobotSpec]:
+        gait = HeldGait.evenly(GAIT.held_kPa + 1.0)
+        return replace(candidates, pairs=(replace(PAIR, gait=gait),)), on_map(candidates, spec)[1]
+
+    np.save(file, np.zeros((4, 4)))
+    certify(tmp_path / "out", change=on_map)
+    told["walked"].clear()
+    with pytest.raises(ValueError, match=r"other settings \(pairs\.L1 is "):
+        certify(tmp_path / "out", change=stronger)
+    np.save(file, np.eye(4))
+    with pytest.raises(ValueError, match=r"other settings \(ground"):
+        certify(tmp_path / "out", change=on_map)
+    assert told["walked"] == []
+
+
+def test_threads_change_no_leg_and_earlier_versions_said_less(
+    certify: Certify, tmp_path: Path
+) -> None:
+    def threads(candidates: Candidates, spec: RobotSpec) -> tuple[Candidates, RobotSpec]:
+        return candidates, _full_order(spec, thread_count=3)
+
+    first = certify(tmp_path / "out")
+    assert certify(tmp_path / "out", change=threads).rounds == first.rounds
+    path = tmp_path / "out/round_1/settings.json"
+    known = {"certificate", "physics", "leg", "reductions", "reduction", "walks"}
+    kept = json.loads(path.read_text())
+    assert set(kept) - known == set(SAID_NOW) - known
+    path.write_text(json.dumps({name: kept[name] for name in known}))
+    assert certify(tmp_path / "out").rounds == first.rounds
 
 
 def test_new_legs_of_an_earlier_version_go_on_with_the_same_settings(
@@ -207,3 +290,16 @@ def test_the_certificate_of_an_earlier_training_is_forgotten(tmp_path: Path, own
     forget_certificate(tmp_path)
     assert [(tmp_path / name).exists() for name in names] == [own] * 3
     assert (tmp_path / "walk.json").exists()
+
+
+def test_new_legs_of_an_earlier_training_lie_aside(tmp_path: Path) -> None:
+    """Twice: the second lies in the place of the first; walks of finite elements stay."""
+    for made in ("first", "second"):
+        for name in ("round_1", "round_2", "snapshots", "full_order"):
+            (tmp_path / name).mkdir(exist_ok=True)
+            (tmp_path / name / made).touch()
+        set_rounds_aside(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"earlier", "full_order"}
+    aside = {f"{path.parent.name}/{path.name}" for path in (tmp_path / "earlier").glob("*/*")}
+    assert aside == {"round_1/second", "round_2/second", "snapshots/second"}
+    assert len(list((tmp_path / "full_order").iterdir())) == 2
