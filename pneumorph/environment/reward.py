@@ -147,7 +147,9 @@ def reward_terms(
     ``forward_travel_cm`` is the paper's reward: the distance travelled forward in cm. In its place
     come ``heading_travel_cm`` and ``turn_cm`` where these are the goal. The travel
     of a robot whose simulation failed during the action means nothing and counts as zero, so a
-    numerical blow-up never pays; nor does it cost. ``backsliding_cm``, ``hub_load_cm``,
+    numerical blow-up never pays. Nor does it cost here; a training learns from another reward of
+    it, see `pneumorph.learn.failed_walks.failing_reward_cm`, and any other learner gets this one
+    and the termination. ``backsliding_cm``, ``hub_load_cm``,
     ``pressure_change_cm`` and ``tilt_cm`` are there where they have a weight, and not positive.
 
     Args:

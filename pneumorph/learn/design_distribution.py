@@ -280,7 +280,7 @@ class DesignDistribution:
         What a design did in a single world is no measure of what it does in several, where a sure
         one counts. So scores of single worlds fall, all of them, by as much as those did in the
         mean whose designs have walked in several since (`NominalFall`): their order stays. Designs
-        that fail say nothing of it.
+        that fail say nothing of it, nor those that had failed in the single world.
 
         Args:
             designs: Indices of the designs, (n,).
@@ -293,7 +293,7 @@ class DesignDistribution:
             ValueError: A score is not finite.
         """
         if in_worlds:
-            first = self.nominal[designs] & ~failing
+            first = self.nominal[designs] & ~failing & ~self.failing[designs]
             self.scores[self.nominal] -= self._fall.further_cm(self.scores[designs], scores, first)
         for each in (designs,) if images is None else (images, designs):
             self.record(each, scores)
@@ -321,7 +321,7 @@ class DesignDistribution:
             rng: Draws nothing here: all designs are asked for.
         """
         scores = expected(None)
-        # The critic learns from the steps before a failure, and knows nothing of it.
+        # Of a failure the critic knows little: it learns mostly from the steps before.
         scores[self.failing] = -np.inf
         self.raise_scores(scores)
 
@@ -347,7 +347,7 @@ class DesignDistribution:
         """
         orders = [-self.scores]
         if value is not None:
-            # The critic learns from the steps before a failure, and knows nothing of it.
+            # Of a failure the critic knows little: it learns mostly from the steps before.
             expected = np.where(self.failing, -np.inf, value(np.arange(len(self.scores))))
             orders.append(-expected)
         best = [np.argsort(each, kind="stable").tolist() for each in orders]

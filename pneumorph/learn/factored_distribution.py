@@ -12,6 +12,8 @@ The weights are those that fit the newest rounds best, by least squares within e
 worlds and its policy are the same for all of its designs, so how hard it was is no merit of any. Of
 designs drawn from a product distribution, such weights are its natural gradient of the mean score
 (Kakade 2002; Peters and Schaal 2008). Where new rounds say nothing of an option its weight stays.
+Of designs that symmetries count as one, any may be the path that is drawn: a score counts for each
+of them, all together as much as that of a design alone.
 
 Entropy is that of the designs as they are drawn. Where a mirror image counts as well, each is
 replaced by its image with probability 1/2, and designs that symmetries count as one are merged;
@@ -88,6 +90,7 @@ class FactoredDistribution:
         self._normal = np.zeros((sum(counts), sum(counts)))
         self._moment = np.zeros(sum(counts))
         self._level_cm = schedule.initial_score_cm
+        self._mean = np.zeros(sum(counts)), self._level_cm
         self._newest_cm = np.zeros(0)
         self.seen: dict[int, tuple[float, bool]] = {}
         self.nominal: set[int] = set()
@@ -166,12 +169,10 @@ class FactoredDistribution:
         self._normal *= kept
         self._moment *= kept
         both = designs if images is None else np.concatenate([images, designs])
-        rows = self._rows(both)
         values = np.tile(scores, len(both) // len(designs))
-        self._count(rows, values)
+        self._mean = self._count(both, values)
         self._newest_cm = values
         self._fit()
-        self._level_cm = float(values.mean() - rows.mean(axis=0) @ self.weights_cm)
 
     def expect(
         self, expected: Callable[[np.ndarray | None], np.ndarray], rng: np.random.Generator
@@ -183,13 +184,13 @@ class FactoredDistribution:
             rng: Draws the designs, from the distribution as it is.
         """
         drawn = self.sample(self._settings.drawn_designs, rng)
-        # The critic learns from the steps before a failure, and knows nothing of it.
+        # Of a failure the critic knows little: it learns mostly from the steps before.
         drawn = drawn[~self._failing(drawn)]
         if len(drawn) == 0:
             return
         values = expected(drawn)
         if np.isfinite(values).all():
-            self._count(self._rows(drawn), values, len(self._newest_cm) / len(drawn))
+            self._count(drawn, values, len(self._newest_cm) / len(drawn))
             self._fit()
 
     def follow_schedule(self, timestep: int) -> None:
@@ -210,7 +211,10 @@ class FactoredDistribution:
 
     def scores_cm(self, designs: np.ndarray) -> np.ndarray:
         """What the weights say of designs [cm], (n,), by their indices (n,)."""
-        scores: np.ndarray = self._level_cm + self._rows(designs) @ self.weights_cm
+        rows, design, share = self._rows(designs)
+        scores: np.ndarray = self._level_cm + np.bincount(
+            design, share * (rows @ self.weights_cm), len(designs)
+        )
         return scores
 
     def probability_of(self, designs: np.ndarray) -> np.ndarray:
@@ -291,6 +295,7 @@ class FactoredDistribution:
             np.array(arrays[name]) for name in ("weights_cm", "normal", "moment", "newest_cm")
         )
         self._level_cm = float(arrays["level_cm"])
+        self._mean = np.zeros_like(self.weights_cm), self._level_cm  # until the next round
         names = ("seen", "seen_cm", "failing")
         self.seen = {
             int(design): (float(score), bool(failed))
@@ -303,7 +308,8 @@ class FactoredDistribution:
     def _lower_nominal(self, designs: np.ndarray, scores: np.ndarray, failing: np.ndarray) -> None:
         before = np.array([self.seen.get(int(each), (0.0, False))[0] for each in designs])
         first = np.array([int(each) in self.nominal for each in designs], dtype=bool)
-        fall_cm = self._fall.further_cm(before, scores, first & ~failing)
+        told = first & ~failing & ~self._failing(designs)
+        fall_cm = self._fall.further_cm(before, scores, told)
         for design in self.nominal:
             score, failed = self.seen[design]
             self.seen[design] = (score - fall_cm, failed)
@@ -315,20 +321,38 @@ class FactoredDistribution:
     def _weighed_at(self, beta: float) -> WeighedPaths:
         return WeighedPaths(self._space.paths, np.split(beta * self.weights_cm, self._splits))
 
-    def _rows(self, designs: np.ndarray) -> np.ndarray:
-        """One for each option that a design has, else zero, (n, option)."""
-        rows = np.zeros((len(designs), len(self.weights_cm)))
-        np.put_along_axis(rows, self._space.options_of(designs) + self._first, 1.0, axis=1)
-        return rows
+    def _rows(self, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A row for each design, and for each that symmetries count as one with it: one for each
+        option that it has, else zero, (row, option). Also the place in `designs` that each row
+        belongs to, (row,), and its share of that design, (row,)."""
+        options, counts = self._space.options_of(designs), np.ones(len(designs), dtype=np.int64)
+        if self._space.symmetries:
+            different, places = np.unique(designs, return_inverse=True)
+            found = [self._space.options_of_members(int(each)) for each in different]
+            members = [found[place] for place in places]
+            options, counts = np.concatenate(members), np.array([len(each) for each in members])
+        rows = np.zeros((len(options), len(self.weights_cm)))
+        np.put_along_axis(rows, options + self._first, 1.0, axis=1)
+        return rows, np.repeat(np.arange(len(designs)), counts), np.repeat(1.0 / counts, counts)
 
-    def _count(self, rows: np.ndarray, values: np.ndarray, weight: float = 1.0) -> None:
-        """Let values count, all of them from the same unknown level."""
-        centred = rows - rows.mean(axis=0)
+    def _count(
+        self, designs: np.ndarray, values: np.ndarray, weight: float = 1.0
+    ) -> tuple[np.ndarray, float]:
+        """Let values of designs count, all of them from the same unknown level; their mean row,
+        (option,), and their mean value."""
+        rows, design, share = self._rows(designs)
+        row, value = np.average(rows, axis=0, weights=share), float(values.mean())
+        root = np.sqrt(share)
+        centred = root[:, np.newaxis] * (rows - row)
         self._normal += weight * centred.T @ centred
-        self._moment += weight * centred.T @ (values - values.mean())
+        self._moment += weight * centred.T @ (root * (values - value)[design])
+        return row, value
 
     def _fit(self) -> None:
-        """Move the weights to the least squares of what counts and of their own change."""
+        """Move the weights to the least squares of what counts and of their own change, and the
+        level with them: scores have the mean of the newest round."""
         lacking = self._moment - self._normal @ self.weights_cm
         damped = self._normal + self._settings.ridge * np.eye(len(lacking))
         self.weights_cm = self.weights_cm + np.linalg.solve(damped, lacking)
+        row, value = self._mean
+        self._level_cm = float(value - row @ self.weights_cm)

@@ -34,3 +34,25 @@ def with_lost(scores: np.ndarray, lost: np.ndarray) -> np.ndarray:
     """
     most = min(0.0, scores[~lost].min(initial=0.0))
     return np.where(lost, np.minimum(scores, most), scores)
+
+
+def failing_reward_cm(rewards: np.ndarray, discount: float, action_count: int) -> float:
+    """Reward of an action in which the simulation failed, for a learner to which nothing follows.
+
+    Where actions cost more than they gain, as if the robot went on for ever at twice the mean cost.
+    With a reward of 0 a failure would end all penalties that were to come, and the policy would
+    learn to make its simulation fail. Where they gain, 0 is less than going on, and no more is
+    taken off: the best gaits may lie near those that fail.
+
+    Args:
+        rewards: Of actions that did not fail [cm], (n,).
+        discount: Of the learner, for each action.
+        action_count: Actions of an episode, which is as long as it goes on without a discount.
+
+    Returns:
+        The reward [cm], zero at most; zero where no action is known that did not fail.
+    """
+    if len(rewards) == 0:
+        return 0.0
+    pace_cm = 2.0 * min(0.0, float(np.mean(rewards, dtype=float)))
+    return pace_cm / (1.0 - discount) if discount < 1.0 else pace_cm * action_count

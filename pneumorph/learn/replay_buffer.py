@@ -106,6 +106,13 @@ class ReplayBuffer:
             self._arrays[name][places] = values
         self.added_count += count
 
+    @property
+    def rewards_before_more(self) -> np.ndarray:
+        """Rewards [cm] of the transitions that did not end an episode for good, (n,)."""
+        known = slice(self.earlier_count + len(self))
+        rewards: np.ndarray = self._arrays["reward"][known][self._arrays["terminal"][known] == 0.0]
+        return rewards
+
     def sample(self, update_count: int, batch_size: int, rng: np.random.Generator) -> Batch:
         """Draw batches uniformly with replacement, fields of shape (update, batch, ...)."""
         known = self.earlier_count + len(self)

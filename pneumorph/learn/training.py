@@ -21,6 +21,7 @@ from pneumorph.learn.environments import (
     check_shape,
     state_size,
 )
+from pneumorph.learn.failed_walks import failing_reward_cm
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.pool import Pool
@@ -267,11 +268,20 @@ class Training:
         return action
 
     def _store(self, seen: Transitions, info: Mapping[str, Any], told: ToldStep) -> None:
-        self.learned.buffer.add(**vars(seen))
+        learned, stored = self.learned, [seen]
         if self._mirror is not None:
             check_mirrored(self.environment, info, told)
-            image = seen.image(self._mirror, told.mirrored_reward_cm)
-            self.learned.buffer.add(**vars(image))
+            stored.append(seen.image(self._mirror, told.mirrored_reward_cm))
+        if told.failed.any():
+            rewards = [each.reward[~told.failed] for each in stored]
+            reward_cm = failing_reward_cm(
+                np.concatenate([learned.buffer.rewards_before_more, *rewards]),
+                self.settings.sac.discount,
+                self.settings.task.action_count,
+            )
+            stored = [each.failing(told.failed, reward_cm) for each in stored]
+        for each in stored:
+            learned.buffer.add(**vars(each))
 
     @property
     def _is_warming_up(self) -> bool:
@@ -343,8 +353,11 @@ class Training:
             self.settings.expected_scores
             and self.learned_timesteps >= self.settings.schedule.decay_start_timestep
         ):
+            # What a failure counts for is no measure of what the critic expects.
+            sound = ~found.failing
             self.learned.distribution.expect(
-                lambda among: self.expected_returns(designs, scores_cm, among), self.learned.rng
+                lambda among: self.expected_returns(designs[sound], scores_cm[sound], among),
+                self.learned.rng,
             )
         self.learned.distribution.follow_schedule(self.learned_timesteps)
 
@@ -354,7 +367,7 @@ class Training:
         """Return what the critic expects of designs [cm], shape (design,).
 
         Its values are discounted and count entropy as well: they are scaled so that those of the
-        designs that just walked add up to their returns.
+        designs that just walked, without a failure, add up to their returns.
 
         Args:
             designs: Index of each design that walked, shape (n,).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,19 @@ class Transitions:
             reward=reward,
             next_state=mirror.actions(self.design, self.next_state),
             terminal=self.terminal,
+        )
+
+    def failing(self, failed: np.ndarray, reward_cm: float) -> Transitions:
+        """The same, but of robots whose simulation failed the last, with another reward.
+
+        Args:
+            failed: Which did, (robot,) bool.
+            reward_cm: What they get [cm].
+        """
+        return replace(
+            self,
+            reward=np.where(failed, reward_cm, self.reward),
+            terminal=self.terminal | failed,
         )
 
 

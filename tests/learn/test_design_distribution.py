@@ -138,6 +138,20 @@ def test_what_one_design_loses_moves_others_by_its_share_of_all_that_told() -> N
         np.testing.assert_allclose(each.scores[11], 16.0)
 
 
+def test_a_design_that_failed_in_the_nominal_world_says_nothing_of_it() -> None:
+    """Its score there is none of a walk: 4 cm in several worlds are no gain of 8."""
+    distribution = DesignDistribution(4, EntropySchedule(100, 200))
+    failing = np.array([False, False, True])
+    distribution.take_round(np.array([0, 1, 2]), np.array([5.0, 0.0, -4.0]), failing)
+    again = DesignDistribution(4, EntropySchedule(100, 200))
+    again.restore(distribution.arrays())
+    for each in (distribution, again):
+        each.take_round(np.array([2]), np.array([4.0]), ~failing[2:], in_worlds=True)
+        assert each.scores.tolist() == [5.0, 0.0, 4.0, 0.0]
+        each.take_round(np.array([1]), np.array([-1.0]), ~failing[2:], in_worlds=True)
+        assert each.scores.tolist() == [4.0, -1.0, 4.0, 0.0]
+
+
 def test_in_rounds_of_single_worlds_the_newest_score_stays_as_it_is() -> None:
     """As in the published physics, where each design walks in one world throughout."""
     distribution = DesignDistribution(3, PAPER)

@@ -22,6 +22,8 @@ from pneumorph.robot.design_space import DesignSpace
 SMALL = DesignSpace(4, 2, 2, 4, options=("0 * b*",) * 4)
 LARGE = DesignSpace(12, 4, 3, 8, options=("0 * b* c*",) * 12)
 """Ten thousand million designs."""
+TURNED = DesignSpace(6, 2, 3, 6, mirror="none", symmetries=("1 2 3 4 5 0",))
+"""Designs that turns by 60 degrees make each other count as one."""
 SCHEDULE = EntropySchedule(0, 100)
 
 
@@ -142,6 +144,59 @@ def test_symmetric_designs_that_count_as_one_share_all_of_their_probability() ->
     assert statistic < chi2.isf(1e-9, common.sum())
 
 
+def test_a_score_counts_for_all_designs_that_symmetries_count_as_one() -> None:
+    """Each design walks: the weights of its members' options alone, which no other tells, tend to
+    its score, and weigh as much together as a design alone."""
+    every = np.arange(len(TURNED))
+    scores = np.array([3.0 * TURNED[int(each)].leg_count for each in every])
+    distribution, sound = FactoredDistribution(TURNED, SCHEDULE), np.zeros(len(every), dtype=bool)
+    distribution.take_round(every, scores, sound)
+    options = [TURNED.options_of_members(int(each)) for each in every]
+    assert {len(each) for each in options} == {1, 2, 3, 6}
+    share = np.concatenate([np.full(len(each), 1.0 / len(each)) for each in options])
+    of_members = np.repeat(scores, [len(each) for each in options])
+    rows = np.concatenate([np.eye(3)[column] for column in np.concatenate(options).T], axis=1)
+    centred = rows - share @ rows / share.sum()
+    normal = centred.T @ (share[:, None] * centred)
+    wanted = np.linalg.solve(
+        normal + np.eye(18), centred.T @ (share * (of_members - scores.mean()))
+    )
+    np.testing.assert_allclose(distribution.weights_cm, wanted, atol=1e-10)
+    distribution = FactoredDistribution(TURNED, SCHEDULE, FactoredSettings(ridge=1e-3))
+    for _ in range(5):  # the ridge's part falls by a hundredth or more with each
+        distribution.take_round(every, scores, sound)
+    np.testing.assert_allclose(distribution.scores_cm(every), scores, atol=1e-6)
+    level = scores.mean() - share @ (rows @ distribution.weights_cm) / share.sum()
+    np.testing.assert_allclose(level + rows @ distribution.weights_cm, of_members, atol=1e-6)
+
+
+@pytest.mark.parametrize("expected", [False, True])
+def test_the_best_of_designs_that_count_as_one_are_drawn_in_the_end(expected: bool) -> None:
+    """A leg is worth 3 cm wherever it is: of paths that never count some would be drawn still."""
+    settings, rng = FactoredSettings(drawn_designs=64), np.random.default_rng(0)
+    distribution = FactoredDistribution(TURNED, SCHEDULE, settings)
+    scores = np.array([3.0 * design.leg_count for design in TURNED])
+    for number in range(20):
+        designs = distribution.sample(48, rng)
+        distribution.take_round(designs, scores[designs], np.zeros(48, dtype=bool))
+        if expected:
+            distribution.expect(scores.__getitem__, rng)
+        distribution.follow_schedule(6 * number)
+    assert (scores[distribution.sample(300, rng)] == 18.0).mean() > 0.99
+
+
+@pytest.mark.parametrize("space", [SMALL, TURNED])
+def test_scores_have_the_mean_of_the_newest_round_whatever_is_expected(space: DesignSpace) -> None:
+    distribution, rng = FactoredDistribution(space, SCHEDULE), np.random.default_rng(0)
+    designs, scores = distribution.sample(96, rng), rng.normal(3.0, 1.0, 96)
+    distribution.take_round(designs, scores, np.zeros(96, dtype=bool))
+    before = distribution.scores_cm(designs)
+    distribution.expect(lambda among: 100.0 + 50.0 * np.cos(among), rng)
+    after = distribution.scores_cm(designs)
+    assert np.abs(after - before).max() > 1.0
+    assert [before.mean(), after.mean()] == pytest.approx([scores.mean()] * 2, abs=1e-9)
+
+
 def test_the_best_of_ten_thousand_million_is_found_in_little_memory() -> None:
     """Sixty rounds of 96 noisy scores; what is drawn last is near what no design exceeds. A design
     drawn at random lies five to seven deviations of all below that."""
@@ -208,6 +263,17 @@ def test_a_score_of_a_single_world_is_no_reason_to_walk_before_those_of_several(
             0: 7.0, 1: 8.0, 2: 12.0, 3: 1.0
         }  # fmt: skip
         assert each.nominal == {0}
+
+
+def test_a_design_that_failed_in_the_nominal_world_lowers_no_score_of_others() -> None:
+    """As of spaces that are listed."""
+    distribution = FactoredDistribution(SMALL, SCHEDULE)
+    failing = np.array([False, False, True])
+    distribution.take_round(np.array([0, 1, 2]), np.array([5.0, 0.0, -4.0]), failing)
+    distribution.take_round(np.array([2]), np.array([4.0]), ~failing[2:], in_worlds=True)
+    assert {design: score for design, (score, _) in distribution.seen.items()} == {
+        0: 5.0, 1: 0.0, 2: 4.0
+    }  # fmt: skip
 
 
 def test_a_score_counts_for_the_image_that_walks_in_several_worlds() -> None:

@@ -10,18 +10,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.toy_coopt import SPACE, TASK, CrawlersInWorlds
+from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, CrawlersInWorlds, toy_settings
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.reward import RewardWeights
+from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.environment.training_environment import TaskWrapper
-from pneumorph.environment.viscous_crawler import viscous_crawler_robot
+from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.evaluation import InWorlds, walk_batch, walk_in_worlds
-from pneumorph.learn.failed_walks import with_failed, with_lost
+from pneumorph.learn.failed_walks import failing_reward_cm, with_failed, with_lost
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.round_scores import RoundScores
 from pneumorph.learn.search_run import run_search
+from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
 
 BAD = 7
@@ -157,3 +160,64 @@ def test_the_reward_of_a_failed_robot_may_be_none() -> None:
     act = lambda observation: np.zeros((len(observation), 2))  # noqa: E731
     pairs = walk_batch(Lost(fragile(8)), SPACE, np.array([0, 1, 2, 3]), act, 0)
     assert [pair.design for pair in pairs] == [0, 1, 2]
+
+
+def test_a_failure_costs_twice_the_mean_cost_for_ever() -> None:
+    rewards = np.array([-3.0, -2.0, 2.0])
+    assert failing_reward_cm(rewards, 0.95, 16) == pytest.approx(-2.0 * 20.0)
+    assert failing_reward_cm(rewards, 0.0, 16) == -2.0
+    assert failing_reward_cm(rewards, 1.0, 16) == -2.0 * 16
+    assert failing_reward_cm(rewards + 1.0, 0.95, 16) == 0.0  # actions gain
+    assert failing_reward_cm(rewards[:0], 0.95, 16) == 0.0
+
+
+class Breaks(ViscousCrawler):
+    """Fails where regulator 1 is commanded above 85 kPa."""
+
+    def __init__(self, robots: Sequence[Design]) -> None:
+        super().__init__(robots, TIME_STEP_S)
+
+    def advance(self, command_kPa: Any, step_count: int, active: Any = None) -> None:
+        super().advance(command_kPa, step_count, active)
+        self._status[np.asarray(command_kPa)[:, 0] > 85.0] = 1
+
+
+class Penalised(TaskWrapper):
+    """Each action costs a centimetre, more than any gains."""
+
+    terms = (RewardTerm("each", "actions", -1.0, lambda motion: np.ones(len(motion.failed))),)
+
+
+def breaking(penalised: bool) -> Training:
+    """Actions are drawn in the first two rounds, of which each fails with a chance of 1 in 18."""
+    settings = replace(toy_settings(7), learning_start_timestep=2 * 16 * TASK.action_count)
+    usual = crawling(viscous_crawler_robot, Breaks, settings)
+    return Training((lambda robots: Penalised(usual(robots))) if penalised else usual, settings)
+
+
+@pytest.mark.parametrize("penalised", [False, True])
+def test_what_is_stored_of_a_failure_is_told_by_what_did_not_fail(penalised: bool) -> None:
+    """Of the robots and of their images, from what was stored before and in the same step."""
+    training = breaking(penalised)
+    failed_count = training.run_round()["failed_count"]
+    kept = training.learned.buffer.arrays()
+    rewards, terminal = (
+        kept[name].reshape(TASK.action_count, 2 * 16) for name in ("reward", "terminal")
+    )
+    assert terminal[:-1].sum() > 10 < 2 * failed_count
+    np.testing.assert_array_equal(terminal[:, :16], terminal[:, 16:])
+    for number in range(TASK.action_count - 1):  # the last one ends all episodes
+        seen = rewards[: number + 1][terminal[: number + 1] == 0.0]
+        told = 2.0 * min(0.0, seen.mean(dtype=float)) / (1.0 - 0.95)
+        found = rewards[number][terminal[number] == 1.0]
+        np.testing.assert_allclose(found, told, rtol=1e-5, atol=1e-5)
+        assert not penalised or (found < -20.0).all()
+
+
+def test_a_policy_learns_not_to_fail_where_all_actions_cost() -> None:
+    """Where a failure was worth 0, and all that follows less, all robots failed in the last three
+    rounds."""
+    training = breaking(penalised=True)
+    failures = [training.run_round()["failed_count"] for _ in range(7)]
+    assert min(failures[:2]) >= 4  # of 16
+    assert max(failures[-3:]) <= 2

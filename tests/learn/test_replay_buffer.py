@@ -41,6 +41,14 @@ def test_transitions_come_back_whole() -> None:
     np.testing.assert_array_equal(batch.terminal, number % 2)
 
 
+def test_rewards_of_what_ended_no_episode_are_those_known() -> None:
+    """Every second one did; those of earlier beginnings are known as well."""
+    assert filled(100, 20).rewards_before_more.tolist() == [*range(0, 20, 2)]
+    assert set(filled(7, 24).rewards_before_more) == {18, 20, 22}
+    later = ReplayBuffer(5, 2, 1, FEATURES.__getitem__, [filled(100, 6).arrays()])
+    assert later.rewards_before_more.tolist() == [0, 2, 4]
+
+
 def test_oldest_make_room() -> None:
     buffer = filled(7, 24)
     assert len(buffer) == 7

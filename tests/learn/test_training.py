@@ -160,6 +160,26 @@ def test_a_failing_design_neither_stops_training_nor_wins(expected_scores: bool)
     assert all(pair.held_kPa[:, 0].max() <= 80.0 for pair in training.best.pairs)
 
 
+def test_designs_that_failed_do_not_lower_what_is_expected_of_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The critic gives 10 to each that walked, which made 5 cm, and 9 to another: 4.5 cm, also
+    where two of them failed. Where all did, nothing is known."""
+    settings = replace(toy_settings(round_count=40), expected_scores=True)
+    walked = np.unique([SPACE.twin(each) for each in range(len(SPACE))])[:4]
+    (other,) = np.setdiff1d(np.arange(len(SPACE)), [walked, SPACE.images(walked)[0]])[:1]
+    values = np.full(len(SPACE), 10.0)
+    values[other] = 9.0
+    for failed, expected in (([0, 0, 0, 0], 4.5), ([0, 0, 1, 1], 4.5), ([1, 1, 1, 1], 0.0)):
+        training = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
+        training.timestep = settings.schedule.decay_start_timestep
+        monkeypatch.setattr(training, "_values", lambda designs: values[designs])
+        failing = [bool(each) for each in failed]
+        scores = [0.0 if each else 5.0 for each in failing]
+        training._update_distribution(scored(walked.tolist(), scores, failing))
+        assert training.learned.distribution.scores[other] == pytest.approx(expected)
+
+
 def test_the_critic_knows_designs_better_than_their_newest_returns() -> None:
     """After uniform rounds, beside what the policy makes of every design now."""
     training = Training(
