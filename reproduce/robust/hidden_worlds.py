@@ -57,11 +57,17 @@ def rig_distance_cm(
     model: Model = "reduced",
 ) -> tuple[float | None, str]:
     """How far the rig's robot goes in one trial [cm], and an empty word; None and why where its
-    simulation fails or its guard stops it."""
+    simulation fails or its guard stops it.
+
+    Raises:
+        DriverError: A signal stopped it, which says nothing of the robot.
+    """
     settings = DeploymentSettings(rig=RIG, trials=1, model=model, virtual=rig)
     try:
         found = deploy_gait(gait, settings, robot, folder).mean_distance_cm
     except DriverError as error:
+        if "stopped by SIG" in str(error):
+            raise
         return None, str(error)
     return found, "" if found is not None else "no trial came to its end"
 

@@ -103,3 +103,12 @@ def test_what_stops_a_trial_is_kept(
     monkeypatch.setattr(script, "deploy_gait", stopped)
     found = script.rig_distance_cm(Path("gait.csv"), None, None, None)
     assert found == (None, "pressure 2 lags by 30 kPa")
+
+
+def test_a_signal_is_no_failure_of_the_robot(script: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: Any) -> None:
+        raise DriverError("trial_1 was stopped after 0.33 s: stopped by SIGTERM; vented")
+
+    monkeypatch.setattr(script, "deploy_gait", stopped)
+    with pytest.raises(DriverError, match="SIGTERM"):
+        script.rig_distance_cm(Path("gait.csv"), None, None, None)
