@@ -7,7 +7,7 @@ an earlier run brings; what was asked for and would be ignored is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -31,6 +31,20 @@ class HasIdleSettings(Protocol):
 def within(group: str, settings: HasIdleSettings) -> dict[str, str]:
     """The idle settings of a group, by their names from outside of it."""
     return {f"{group}.{name}": why for name, why in settings.idle_settings().items()}
+
+
+def only_with(**switches: str) -> Callable[[Any], dict[str, str]]:
+    """The method ``idle_settings`` of a class some of whose settings need a switch.
+
+    Args:
+        **switches: Name of the switch, by that of the setting or the group that needs it.
+    """
+
+    def idle_settings(settings: Any) -> dict[str, str]:
+        needed = {name: on for name, on in switches.items() if not getattr(settings, on)}
+        return {name: f"without --{on}" for name, on in needed.items()}
+
+    return idle_settings
 
 
 def refuse_idle(

@@ -100,6 +100,30 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
         )
 
 
+def calibration_note(calibration: Calibration, modules: Sequence[Module]) -> str | None:
+    """What to say of a robot that has other legs beside the one that a calibration was measured on;
+    None where all are that leg, or nothing is relative to one.
+
+    Args:
+        calibration: What was measured, of one of the modules as of `check_calibration`.
+        modules: What is mounted.
+    """
+    fitted, bench = calibration.source.get("pressure", {}).get("bent"), _of_bench(calibration)
+    told = []
+    for what, leg, is_it in (
+        ("pressures", fitted, _is_leg),
+        ("the moduli of drawn worlds", bench.get("modulus_factor"), _is_leg),
+        ("the masses of drawn worlds", bench.get("mass_factor"), _has_mass),
+    ):
+        others = [] if leg is None else [each.name for each in modules if not is_it(each, leg)]
+        if leg is not None and others:
+            told.append(f"{what} were measured of {leg['name']}, not of {' and '.join(others)}")
+    if not told:
+        return None
+    file = "the calibration" if calibration.path is None else f"calibration {calibration.path}"
+    return f"{file}: {'; '.join(told)}: they are taken for all of these"
+
+
 def _check_bench(calibration: Calibration, modules: Sequence[Module], file: str) -> None:
     """Refuse a mass or a modulus that was measured relative to another leg: it would count twice,
     or be of something else. Files of earlier versions do not say to which.
@@ -107,21 +131,20 @@ def _check_bench(calibration: Calibration, modules: Sequence[Module], file: str)
     Raises:
         ValueError: None of the modules is that leg; names both.
     """
-    known = calibration.source.get("bench", {}).get(RELATIVE_TO, {})
-    legs = {name: leg for name, leg in known.items() if name in calibration.measured}
+    legs = _of_bench(calibration)
     again = "or weigh and bend the legs again with these settings (calibrate --bench)"
-    if (weighed := legs.get("mass_factor")) is not None:
+    weighed = legs.get("mass_factor")
+    if weighed is not None and not any(_has_mass(module, weighed) for module in modules):
         mass_g = [1e3 * module.reduced.mass for module in modules]
-        if all(abs(each - weighed["mass_g"]) > _SAME_MASS * weighed["mass_g"] for each in mass_g):
-            now = " or ".join(f"{each:.4g} g ({module.name})"
-                              for each, module in zip(mass_g, modules, strict=True))  # fmt: skip
-            factor = calibration.measured["mass_factor"][0]
-            raise ValueError(
-                f"{file} has mass_factor {factor:.4g}, weighed relative to legs of "
-                f"{weighed['mass_g']:.4g} g ({weighed['name']}), expected legs of that mass, and "
-                f"there are such of {now}: if that is what was weighed, it would count twice; "
-                f"leave out masses.leg_mass_g, or whatever else changed the mass, {again}"
-            )
+        now = " or ".join(f"{each:.4g} g ({module.name})"
+                          for each, module in zip(mass_g, modules, strict=True))  # fmt: skip
+        factor = calibration.measured["mass_factor"][0]
+        raise ValueError(
+            f"{file} has mass_factor {factor:.4g}, weighed relative to legs of "
+            f"{weighed['mass_g']:.4g} g ({weighed['name']}), expected legs of that mass, and "
+            f"there are such of {now}: if that is what was weighed, it would count twice; "
+            f"leave out masses.leg_mass_g, or whatever else changed the mass, {again}"
+        )
     bent = legs.get("modulus_factor")
     if bent is not None and not any(_is_leg(module, bent) for module in modules):
         known_as, names, what = _told_apart(bent, modules)
@@ -131,6 +154,18 @@ def _check_bench(calibration: Calibration, modules: Sequence[Module], file: str)
             f"{known_as}, expected that leg, and {names} walks: legs of another {what} bend "
             f"otherwise; choose that leg, {again}"
         )
+
+
+def _of_bench(calibration: Calibration) -> dict[str, Any]:
+    """The legs that tests on a bench were relative to, by the number that was tested."""
+    known = calibration.source.get("bench", {}).get(RELATIVE_TO, {})
+    return {name: leg for name, leg in known.items() if name in calibration.measured}
+
+
+def _has_mass(module: Module, weighed: Mapping[str, Any]) -> bool:
+    """Whether a module weighs what was weighed."""
+    mass_g: float = weighed["mass_g"]
+    return abs(1e3 * module.reduced.mass - mass_g) <= _SAME_MASS * mass_g
 
 
 def _is_leg(module: Module, said: Mapping[str, Any]) -> bool:

@@ -66,6 +66,7 @@ def described_spec(robot: Any, physics: Physics, rest: Mapping[str, Any]) -> Rob
         },
     )
     check_fittings(spec, space, "designs.options")
+    spec.check_near_floor()
     return spec
 
 

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+import json
+from collections.abc import Collection, Iterable
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from pneumorph.catalogue.hub_spec import HubSpec
-from pneumorph.catalogue.leg_kinds import LegName, masses_of, pressure_map
+from pneumorph.catalogue.leg_kinds import LegName, load_default_leg, masses_of, pressure_map
 from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.surfaces import HUB_SURFACE
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.randomised_simulator import part_of_file
 
 
 def reduction_digest(spec: RobotSpec) -> str:
@@ -54,9 +57,9 @@ def full_identity(spec: RobotSpec) -> dict[str, str]:
 
 
 def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict[str, str]:
-    """The hub's mass, the heights of a map, legs that go outwards by their own x axes and a lift
-    above uneven ground, which `reduction_digest` and `RobotSpec.settings` do not say of the paper's
-    robot.
+    """The hub's mass, the heights of a map, legs that go outwards by their own x axes, a lift above
+    uneven ground and what legs touch the floor with, which `reduction_digest` and
+    `RobotSpec.settings` do not say of the paper's robot.
 
     Nothing of the mass that the legs' robot usually has, and of ground without a map: what earlier
     versions kept of those does not say them. A described robot's hub is in its digest.
@@ -74,6 +77,7 @@ def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict
     ground |= lifted_identity(spec, rough)
     drawn_deg = 0.0 if drawn is None else drawn.distributions["mounting_angle_deg"].highest
     ground |= _drooping_identity(spec, max(drawn_deg, 0.0), "reduced")
+    ground |= touching_identity(spec, drawn)
     if spec.name is not None or len(spec.modules) > 1:
         return ground
     numbers = spec.hub.mass_numbers()
@@ -86,8 +90,8 @@ def resume_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict
 def mounting_identity(
     spec: RobotSpec, worlds: Iterable[World], model: Literal["reduced", "full"] = "reduced"
 ) -> dict[str, str]:
-    """What is said of modules that earlier versions mounted otherwise, and of robots that they
-    started at another height; nothing of others.
+    """What is said of modules that earlier versions mounted otherwise, of robots that they started
+    at another height and, of reduced ones, of what legs touch the floor with; nothing of others.
 
     Args:
         spec: The robot.
@@ -99,6 +103,10 @@ def mounting_identity(
     rough = any(world.ground_roughness_mm > 0.0 for world in worlds)
     drawn_deg = max([0.0, *(world.mounting_angle_deg for world in worlds)])
     drooping = _drooping_identity(spec, drawn_deg, model)
+    if model == "reduced":  # a whole model's mesh says it
+        named = {name for world in worlds for name, _ in world.friction_by_surface}
+        files = {world.reduction for world in worlds if world.reduction}
+        rolled |= _touching_identity(spec, named, files)
     return rolled | drooping | _outwards_identity(spec) | lifted_identity(spec, rough)
 
 
@@ -110,6 +118,59 @@ def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
     )
     angles = [spec.mounting_angle_deg, *(world.mounting_angle_deg for world in worlds)]
     return rolled and any(angles)
+
+
+def touching_identity(spec: RobotSpec, drawn: Randomisation | None = None) -> dict[str, str]:
+    """What is said of reduced legs whose contact points matter by their surfaces, which a friction
+    names, or by their areas, on which it depends. A part's digest says neither.
+
+    Nothing of points that lie as those of a leg that ships do, and of surfaces that no friction
+    names: what earlier versions kept of those does not say them.
+
+    Args:
+        spec: The robot.
+        drawn: What worlds are drawn from; None for the robot's own alone.
+
+    Raises:
+        FileNotFoundError: No file of a reduction that worlds may have.
+    """
+    if drawn is None:
+        return _touching_identity(spec, (), ())
+    named = (name for name, _ in drawn.friction_by_surface)
+    return _touching_identity(spec, named, map(str, drawn.reductions))
+
+
+def _touching_identity(
+    spec: RobotSpec, drawn: Iterable[str], files: Iterable[str]
+) -> dict[str, str]:
+    """As `touching_identity` has it, of surfaces whose friction is drawn and of files of the
+    reductions that worlds may have."""
+    named = {*drawn, *(name for name, _ in spec.physics.friction_by_surface)}
+    pressed = spec.physics.friction_pressure.exponent != 0.0
+    if not named and not pressed:
+        return {}
+    own = [module.reduced for module in spec.modules]
+    legs = [*own, *(part_of_file(file) for file in sorted(set(files)))]
+    told = [_touching(leg, named, pressed) for leg in legs]
+    if all(each in _shipped(leg, named, pressed) for each, leg in zip(told, legs, strict=True)):
+        return {}
+    return {"contact_points": hashlib.sha256(json.dumps(told).encode()).hexdigest()[:12]}
+
+
+def _touching(leg: ReducedPart, named: Collection[str], pressed: bool) -> list[Any]:
+    """Surface of each contact point, empty where no friction names it, and areas [mm^2] where
+    friction depends on pressure; empty of a leg that has nothing of both."""
+    surfaces = leg.contact_surfaces
+    names = [each if each in named else "" for each in surfaces.names.tolist()]
+    areas = surfaces.area_mm2.tolist() if pressed else []
+    return [names if any(names) else [], areas]
+
+
+def _shipped(leg: ReducedPart, named: Collection[str], pressed: bool) -> list[list[Any]]:
+    """What is usual of a leg: as of those that ship with as many points, or else nothing."""
+    kinds = [load_default_leg(name) for name in get_args(LegName)]
+    alike = [kind for kind in kinds if len(kind.contact_points) == len(leg.contact_points)]
+    return [_touching(kind, named, pressed) for kind in alike] or [[[], []]]
 
 
 def _drooping_identity(

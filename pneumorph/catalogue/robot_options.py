@@ -118,7 +118,8 @@ class RobotOptions(Checked):
                 that is given.
             ValueError: It is given together with a pressure map, the physics have the published
                 leg's pressure map for another leg, the leg or its reduction is of another physics,
-                or the reduced leg weighs what none does or is not apart from disk and neighbours.
+                or the reduced leg weighs what none does or is not apart from disk and neighbours;
+                or the floor lies so far below that the robot would fall first.
         """
         full = self.full
         numerics: dict[str, Any] = {
@@ -135,6 +136,7 @@ class RobotOptions(Checked):
             part = self._part_of_this_physics()
             leg = module_of_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
+            spec.check_near_floor()
             _ = self.part is None or self._own_leg_fits
             usual = pressure_map(self.leg)
         else:
@@ -167,10 +169,17 @@ class RobotOptions(Checked):
             }
         )
 
-    def notes(self, design: str | None) -> tuple[str, ...]:
-        """What to say before one robot walks in one world; see `description_notes`."""
-        robot = self.description
-        return () if robot is None else description_notes(robot, design, self.physics)
+    def notes(self, design: str | None, spec: RobotSpec) -> tuple[str, ...]:
+        """What to say before one robot walks in one world.
+
+        Args:
+            design: As of `description_notes`.
+            spec: What `spec` made of this.
+        """
+        robot, measured = self.description, spec.calibration_notes
+        if robot is None:
+            return measured
+        return (*description_notes(robot, design, self.physics), *measured)
 
     def forbidden_notes(self, design: str) -> tuple[str, ...]:
         """What to say of a design that a gait's file names and the robot's rules do not allow."""

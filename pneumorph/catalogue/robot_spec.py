@@ -17,8 +17,12 @@ import numpy as np
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.calibration_check import check_calibration
-from pneumorph.catalogue.floor_check import check_above_floor, check_payload_above_floor
+from pneumorph.catalogue.calibration_check import calibration_note, check_calibration
+from pneumorph.catalogue.floor_check import (
+    check_above_floor,
+    check_near_floor,
+    check_payload_above_floor,
+)
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
 from pneumorph.catalogue.module import Module
@@ -116,8 +120,7 @@ class RobotSpec(ShownInNotebooks):
             pose = tilted(pose, module.reduced.rest_nodes, self.mounting_angle_deg)
             mounts.append(Mount(module.reduced, pose, driven))
         robot = Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
-        if self.mounting_angle_deg == 0.0:  # drawn ones may press a leg's tip on the floor
-            check_above_floor(robot.standing_points, design, self.physics)
+        self._check_above_floor(robot.standing_points, design)
         return robot
 
     def reduced(
@@ -154,9 +157,31 @@ class RobotSpec(ShownInNotebooks):
             self.full_order,
             [each.location for each in design.fittings],
         )
-        if self.mounting_angle_deg == 0.0:
-            check_above_floor(robot.standing_points, design, self.physics)
+        self._check_above_floor(robot.standing_points, design)
         return robot
+
+    def check_near_floor(self) -> None:
+        """Refuse a floor so far below that designs would fall before they walk.
+
+        Raises:
+            ValueError: It is; see `pneumorph.catalogue.floor_check.check_near_floor`.
+        """
+
+        def legs() -> list[np.ndarray]:
+            return [
+                site.pose_of(module).apply(module.reduced.contact_points)
+                for site in self.sites
+                for module in site.modules
+            ]
+
+        check_near_floor(self.hub.mesh.nodes, legs, self.physics)
+
+    def _check_above_floor(self, points: np.ndarray, design: Design) -> None:
+        """Refuse a design that begins inside the floor, or carries its payload below it."""
+        if self.hub.payload is not None:
+            check_payload_above_floor(self.hub.payload.place_mm, self.physics, points)
+        if self.mounting_angle_deg == 0.0:  # drawn ones may press a leg's tip on the floor
+            check_above_floor(points, design, self.physics)
 
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
         """Reduced robots side by side, given as designs or as what `assembly` made of them; raises
@@ -247,6 +272,14 @@ class RobotSpec(ShownInNotebooks):
             physics=calibration.applied_to(self.physics),
             calibration=calibration,
         )
+
+    @property
+    def calibration_notes(self) -> tuple[str, ...]:
+        """What to say of modules that the robot's calibration was not measured on."""
+        if self.calibration is None:
+            return ()
+        note = calibration_note(self.calibration, self.modules)
+        return () if note is None else (note,)
 
     def agreeing_worlds(self, drawn: Randomisation) -> Randomisation:
         """The worlds that agree with what tests found of the robot; what was measured besides, and

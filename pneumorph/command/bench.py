@@ -51,11 +51,14 @@ class BenchOptions:
         """The designs, the regulators and the pressures that the robot brings with it."""
         learning = brought_learning(content, below, chosen_robot(content))
         highest_kPa = learning["task"].get("maximum_pressure_kPa")
-        return {
-            "space": learning["space"],
-            "benchmark": {} if highest_kPa is None else {"maximum_kPa": highest_kPa},
-            **brought_gait(content, below, None, None, below["expert"]),
-        }
+        gait = brought_gait(content, below, None, None, below["expert"])
+        benchmark = {} if highest_kPa is None else {"maximum_kPa": highest_kPa}
+        return {"space": learning["space"], "benchmark": benchmark, **gait}
+
+    def idle_settings(self) -> dict[str, str]:
+        """Those of the other subject."""
+        other = {"engine": ("full_benchmark", "design", "expert"), "full": ("benchmark", "space")}
+        return dict.fromkeys(other[self.subject], f"of `bench {self.subject}`")
 
 
 def bench(options: BenchOptions, folder: RunFolder) -> EngineSpeed | StepTimes:
@@ -68,12 +71,9 @@ def bench(options: BenchOptions, folder: RunFolder) -> EngineSpeed | StepTimes:
         return bench_engine(options.benchmark, spec, designs)
     folder.progress.stage("measuring a full robot's steps")
     commands = commands_of(options.expert, spec.physics.time_step_s, spec.physics.regulator_count)
-    return replace(
-        bench_full(options.full_benchmark, spec.full(options.design), commands, folder.progress),
-        design=options.design,
-        hub=options.robot.full.hub,
-        **spec.describe(reduced=False),
-    )
+    times = bench_full(options.full_benchmark, spec.full(options.design), commands, folder.progress)
+    hub, said = options.robot.full.hub, spec.describe(reduced=False)
+    return replace(times, design=options.design, hub=hub, **said)
 
 
 VERB = Verb(BenchOptions, bench)

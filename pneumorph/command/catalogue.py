@@ -4,7 +4,7 @@ A catalogue is a TOML file of parametric legs by name (docs/own_leg.md). Without
 one that ships: legs of the measured physics, short and long, narrow and wide, and one with two
 chambers side by side, which are there without being built. `build` makes what is missing (with
 --shipped also what ships) and resumes where it was stopped; `list` shows the shape, mass, bend at
-the highest pressure, errors, range and size of what is built.
+the highest pressure, errors, highest pressure and force of loads, and size of what is built.
 
 A module is stored under a key of all that it depends on: shape, mesh, materials, physics and
 settings of the reduction. It is remade only if one of these changes; the old variant is kept. A
@@ -46,6 +46,11 @@ class CatalogueOptions:
     file: tyro.conf.Positional[Path | None] = None
     """TOML file of the catalogue; by default the one that ships."""
     build: Annotated[BuildSettings, flat] = field(default_factory=BuildSettings)
+
+    def idle_settings(self) -> dict[str, str]:
+        """Those of building, where nothing is built."""
+        names = ("build.shipped", "build.executor") if self.action == "list" else ()
+        return dict.fromkeys(names, "without `build`")
 
 
 def run(options: CatalogueOptions, folder: RunFolder) -> Catalogue:

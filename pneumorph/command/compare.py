@@ -27,10 +27,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.comparison_figures import draw_comparison
-from pneumorph.study.comparison import Comparison, ComparisonSettings, compare
+from pneumorph.study.comparison import Comparison, ComparisonSettings, compare, is_usual_robot
 
 _SHIPPED_PERIODIC = 8
 """Periodic walks that ship, of the measured physics."""
@@ -46,8 +47,10 @@ class CompareOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """No periodic walks of a robot whose finite elements have walked none, but if asked for."""
-        usual = below["comparison"]["periodic_count"] == _SHIPPED_PERIODIC
-        return {"comparison": {"periodic_count": 0}} if content.get("robot") and usual else {}
+        if below["comparison"]["periodic_count"] != _SHIPPED_PERIODIC:
+            return {}
+        robot = laid_over(below["robot"], content.get("robot", {}))
+        return {} if is_usual_robot(robot) else {"comparison": {"periodic_count": 0}}
 
 
 def run(options: CompareOptions, folder: RunFolder) -> Comparison:

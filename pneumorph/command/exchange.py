@@ -12,13 +12,17 @@ Example: pneumorph exchange runs/quick/training/gaits/L1.csv --to sorotraj --out
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 import tyro
 
 from pneumorph.command.verb import Verb, flat
 from pneumorph.exchange.conversion import ConversionSettings, convert
+from pneumorph.physics.physics import Physics
+
+_OF_A_SCENE = {"time_step_s", "gravity_mm_per_s2", "stiffness_damping_s", "mass_damping_per_s"}
+"""What a SOFA scene says of the physics."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,14 @@ class ExchangeOptions:
     source: tyro.conf.Positional[str] = tyro.MISSING
     """Gait file, reduced leg (npz), `shipped`, or the folder of a reduction made by the plugin."""
     conversion: Annotated[ConversionSettings, flat] = field(default_factory=ConversionSettings)
+
+    def idle_settings(self) -> dict[str, str]:
+        """What of the physics no scene says; other conversions refuse all of it."""
+        if self.conversion.to != "sofa":
+            return {}
+        names = {each.name for each in fields(Physics)} - _OF_A_SCENE
+        why = "of a SOFA scene, which has only time step, gravity and damping numbers"
+        return {f"conversion.physics.{name}": why for name in sorted(names)}
 
 
 VERB = Verb(

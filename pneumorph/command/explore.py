@@ -1,7 +1,7 @@
 """Put every design of a space on one page: filter, search, sort, and look at each.
 
 RUN is a coopt run (scores and probabilities of its design distribution) or an evaluation (distances
-of its pairs); without one the page shows only the designs of --space, or those of a robot's file
+of its pairs); without one the page shows only the designs of --space or of a robot's file
 (--robot). Search for a design by name, such as 1.0.0.2.2.0.0.1, filter by legs, regulators and
 symmetry, and sort by score. Click a design to see it from above with its replay, or the command
 that simulates it. The best pairs of a coopt run are simulated again for their replays; --replays
@@ -25,7 +25,7 @@ from pneumorph.base.checked import Checked, CountOrNone
 from pneumorph.base.run_folder import RunFolder, default_folder
 from pneumorph.catalogue.robot_settings import described_robot
 from pneumorph.command.verb import Verb
-from pneumorph.report.explorer.explored_run import Explorer, explore
+from pneumorph.report.explorer.explored_run import Explorer, explore, said_space
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.sheet import PAGE_REPLAY
 from pneumorph.robot.design_space import DesignSpace
@@ -56,24 +56,24 @@ class ExploreOptions(Checked):
         robot = described_robot({"robot": content})
         return {} if robot is None else {"space": robot.training_settings()["space"]}
 
+    def idle_settings(self) -> dict[str, str]:
+        """The designs, where a run says them."""
+        said = None if self.run is None else said_space(FinishedRun.read(self.run))
+        return {} if said is None else {"space": f"beside {self.run}, whose designs are its own"}
+
 
 def run(options: ExploreOptions, folder: RunFolder) -> Explorer:
     """Write the page."""
     return explore(
         folder,
-        None if options.run is None else FinishedRun.read(options.run),
-        options.space,
-        replays=options.replays,
-        pair_count=options.pair_count,
-        replay=options.replay,
-        described=options.described,
-        threads=options.threads,
-    )
+        None if options.run is None else FinishedRun.read(options.run), options.space,
+        replays=options.replays, pair_count=options.pair_count, replay=options.replay,
+        described=options.described, threads=options.threads,
+    )  # fmt: skip
 
 
-def usual_folder(options: ExploreOptions) -> Path:
-    """Where to write without --out."""
-    return default_folder("explore") if options.run is None else options.run / "explorer"
-
-
-VERB = Verb(ExploreOptions, run, folder=usual_folder)
+VERB = Verb(
+    ExploreOptions,
+    run,
+    folder=lambda asked: default_folder("explore") if asked.run is None else asked.run / "explorer",
+)

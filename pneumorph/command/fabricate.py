@@ -17,7 +17,8 @@ Writes mould_upper, mould_lower, core, hub and leg (.step, .stl), parts.csv, tub
 
 Example: pneumorph fabricate 1.0.0.2.2.0.0.1 --out runs/robot
 
-Example: pneumorph fabricate b1.0.2.2.0.b1 --robot examples/plate.toml --out runs/plate-to-build
+Example: pneumorph fabricate b1.0.2.2.0.b1 --robot examples/plate.toml
+--mould.smallest-wall-mm 0.75 --out runs/plate-to-build
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from typing import Annotated
 
 import tyro
 
+from pneumorph.base.idle_settings import within
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
@@ -35,7 +37,7 @@ from pneumorph.fabrication.fabricated_robot import FabricatedRobot, checked_hub,
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.robot_to_make import described_robot_to_make, paper_robot_to_make
 from pneumorph.report.assembly_drawing import write_assembly_drawing
-from pneumorph.study.finished_run import FinishedRun, TakenOver
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_source import robot_of_source
 
 
@@ -49,6 +51,10 @@ class FabricateOptions:
     fabrication: Annotated[FabricationSettings, flat] = field(default_factory=FabricationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     """The simulation whose masses are compared with the built ones; a run brings its own."""
+
+    def idle_settings(self) -> dict[str, str]:
+        """Those of how it is made."""
+        return within("fabrication", self.fabrication)
 
 
 def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
@@ -71,9 +77,4 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
     return replace(made, drawing=str(drawing))
 
 
-def taken_over(options: FabricateOptions) -> TakenOver | None:
-    """Leg and physics of the run whose design is built."""
-    return robot_of_source(Path(options.design))
-
-
-VERB = Verb(FabricateOptions, run, taken_over=taken_over)
+VERB = Verb(FabricateOptions, run, taken_over=lambda options: robot_of_source(Path(options.design)))

@@ -49,6 +49,10 @@ class ReplayOptions(Checked):
         if not self.motions:
             raise ValueError("motions is empty, expected at least one trajectory file or trial")
 
+    def idle_settings(self) -> dict[str, str]:
+        """Those of a film that nobody asked for."""
+        return {} if self.mp4 or self.gif else {"film": "without --mp4 or --gif"}
+
 
 def run(options: ReplayOptions, folder: RunFolder) -> ReplayedMotions:
     """Write the page and the films."""

@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
+from pneumorph.base.idle_settings import only_with
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -43,6 +44,7 @@ class SimulateOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     film_settings: FilmSettings = field(default_factory=FilmSettings)
     live_settings: LiveSettings = field(default_factory=LiveSettings)
+    idle_settings = only_with(film_settings="film", live_settings="live")
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
@@ -58,7 +60,7 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
         options.robot.refuse_full_options()
     elif asked.gait is None:
         say_lowered_pressure(spec, 2.0 * asked.expert.amplitude_kPa, folder.progress.say)
-    for note in (notes := options.robot.notes(None if asked.gait else asked.design)):
+    for note in (notes := options.robot.notes(None if asked.gait else asked.design, spec)):
         folder.progress.say(note)
     film = options.film_settings if options.film else None
     live = options.live_settings if options.live else None
@@ -67,13 +69,11 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     return replace(found, notes=(*found.notes, *notes))
 
 
-_HYPERELASTIC = {
-    "walk": {"model": "full"}, "robot": {"leg": "hyperelastic", "physics": {"damping": "objective"}}
-}  # fmt: skip
+_LEG = {"leg": "hyperelastic", "physics": {"damping": "objective"}}
+_HYPERELASTIC = {"walk": {"model": "full"}, "robot": _LEG}
 
 VERB = Verb(
-    SimulateOptions,
-    run,
+    SimulateOptions, run,
     {"paper": SimulateOptions, "hyperelastic": lambda: layered(SimulateOptions(), [_HYPERELASTIC])},
     taken_over=lambda options: robot_of_source(options.walk.gait),
-)
+)  # fmt: skip

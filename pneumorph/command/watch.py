@@ -36,6 +36,10 @@ class WatchOptions(Checked):
     interval_s: Positive = 2.0
     """How often the run's files are checked [s]."""
 
+    def idle_settings(self) -> dict[str, str]:
+        """Those of a page that is served, where one is written instead."""
+        return dict.fromkeys(("port", "interval_s"), "with --once") if self.once else {}
+
 
 def run(options: WatchOptions, folder: RunFolder) -> WatchedMoment:
     """Serve the page until the keyboard says stop, or write it once; return the last moment."""

@@ -34,3 +34,7 @@ class FabricationSettings(Checked):
     check_hub: bool = False
     """Compute the deflection of the paper's hub with finite elements, about a minute."""
     hub_check: HubCheckSettings = field(default_factory=HubCheckSettings)
+
+    def idle_settings(self) -> dict[str, str]:
+        """As `pneumorph.base.idle_settings` has them: of a check that is not made."""
+        return {} if self.check_hub else {"hub_check": "without --check-hub"}

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -22,6 +22,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.described_hub import make_described_hub
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub import make_hub
+from pneumorph.fabrication.hub_settings import HubSettings
 from pneumorph.fabrication.leg_place import end_face_mm, leg_pose
 from pneumorph.fem.silicones import silicone_of
 from pneumorph.geometry.leg_mesh import load_leg_mesh
@@ -263,7 +264,8 @@ def described_robot_to_make(
 
     Raises:
         ValueError: The design has no legs, is of another number of sites, or breaks an exclusion;
-            or the hub is to be checked, or sizes are given that the file has.
+            or the hub is to be checked, or sizes are given that the file has, or settings of the
+            hub that would be ignored.
     """
     if settings.check_hub:
         raise ValueError(
@@ -276,6 +278,12 @@ def described_robot_to_make(
             raise ValueError(
                 f"{name} is given beside a robot's file, expected the file's own sizes alone: "
                 "change them there, for what is built is what is simulated"
+            )
+    for name, why in _ignored_of_hub(description.hub, settings.hub).items():
+        if getattr(settings.hub, name) != getattr(usual.hub, name):
+            raise ValueError(
+                f"hub.{name} is given beside a robot's file, expected to be left out, for {why}: "
+                "it would be ignored"
             )
     design = _with_legs(design)
     if design.location_count != len(robot.sites):
@@ -325,6 +333,21 @@ def described_robot_to_make(
     )
     file = None if description.file is None else str(description.file)
     return RobotToMake(design, tuple(seats), tuple(legs.values()), hub, description.name, file)
+
+
+def _ignored_of_hub(hub: HubDescription, settings: HubSettings) -> dict[str, str]:
+    """The settings that say nothing of a hub of a file, and why."""
+    ignored = {"material": "the parts list tells the density of such a hub, and no name"}
+    if hub.density_g_per_ml is not None:
+        ignored["density_g_per_ml"] = "the file has its own"
+    if hub.shape == "mesh":
+        of_sockets = {each.name for each in fields(settings)} - {"density_g_per_ml", "material"}
+        return ignored | dict.fromkeys(sorted(of_sockets), "its hub is a mesh without sockets")
+    names = ["ribs_per_site", "rib_spread_mm", "well_radius_mm"]
+    # Thinner ribs than can be printed are refused even where there are none.
+    if settings.smallest_wall_mm <= HubSettings().rib_mm:
+        names.append("rib_mm")
+    return ignored | dict.fromkeys(names, "only the paper's hub has ribs and a well")
 
 
 def _payload(hub: HubDescription, robot: RobotSpec) -> Payload | None:

@@ -11,12 +11,12 @@ from typing import Any
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.material import Membrane
 from pneumorph.fem.part_model import PartModel
-from pneumorph.geometry.region_names import first_name
+from pneumorph.geometry.region_names import cavity_regions, first_name
 
 
 def ingredients(part: PartModel) -> dict[str, Any]:
     """Its materials, JSON-serialisable: ``material``, ``membranes``, ``mass_kg``, and where they
-    are not the usual ones ``mass_lumping`` and ``relaxation``."""
+    are not the usual ones ``mass_lumping``, ``relaxation`` and ``cavities``."""
     series = None if part.branches is None else settings_to_dict(part.branches.series)
     return {
         "material": part.material.ingredients(),
@@ -26,6 +26,7 @@ def ingredients(part: PartModel) -> dict[str, Any]:
         "mass_kg": part.mass_kg,
         **lumping(part),
         **({} if series is None else {"relaxation": series}),
+        **_cavities(part),
     }
 
 
@@ -40,7 +41,15 @@ def lumping(part: PartModel) -> dict[str, Any]:
 def materials_text(part: PartModel) -> list[str]:
     """What it is made of as text."""
     relaxation = [] if part.branches is None else [repr(part.branches.series)]
-    return [repr(part.material), repr(_membranes(part)), *relaxation]
+    cavities = [f"{name} {each!r}" for name, each in _cavities(part).items()]
+    return [repr(part.material), repr(_membranes(part)), *relaxation, *cavities]
+
+
+def _cavities(part: PartModel) -> dict[str, list[str]]:
+    """``cavities`` unless they are all that the mesh has, in its order: what earlier versions kept
+    does not say so."""
+    inflated = list(part.cavity_names)
+    return {} if inflated == cavity_regions(part.mesh) else {"cavities": inflated}
 
 
 def _membranes(part: PartModel) -> tuple[Membrane, ...]:

@@ -47,7 +47,8 @@ def read_mesh_file(
     the solid is turned round, since mesh generators orient a boundary that way. Where no region is
     called ``skin``, it is the boundary without the cavities, which are all regions whose names
     begin with ``cavity``; contact points are nodes of the skin, spread evenly. A mesh that is its
-    own mirror image about y = 0 gets ``mirror_nodes``, and contact points in mirrored pairs.
+    own mirror image about y = 0 gets ``mirror_nodes``, contact points in mirrored pairs, and
+    corners of elements in the order of images.
 
     Args:
         path: The file.

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import KDTree
 
+from pneumorph.geometry.corner_order import largest_face_first
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import NODE_SETS, cavity_regions
 
@@ -24,6 +25,8 @@ def with_mirror_nodes(mesh: Mesh) -> Mesh:
 
     Elements, skin, sheet and the nodes where a part is held and turns must be their own images;
     cavities may be each other's. Nodes are moved to be exact images where a file has them rounded.
+    Where the corners of elements are not in the order of images (`with_mirrored_corners`), they are
+    put into it; `largest_face_first` says which order one side has then.
 
     Args:
         mesh: A linear mesh.
@@ -32,7 +35,59 @@ def with_mirror_nodes(mesh: Mesh) -> Mesh:
     if image is None:
         return mesh
     nodes = 0.5 * (mesh.nodes + mesh.nodes[image] * _FLIP)
-    return replace(mesh, nodes=nodes, mirror_nodes=image)
+    mesh = replace(mesh, nodes=nodes, mirror_nodes=image)
+    mirrored = with_mirrored_corners(mesh)
+    if np.array_equal(mirrored.tetrahedra, mesh.tetrahedra):
+        return mirrored
+    ordered = largest_face_first(nodes, mesh.tetrahedra)
+    return with_mirrored_corners(replace(mirrored, tetrahedra=ordered))
+
+
+def with_mirrored_corners(mesh: Mesh) -> Mesh:
+    """The mesh with the corners of each element, of two that are images the later, in the order of
+    its image's with the first two swapped, as `mirror_half` has them: an edge-based rotation
+    follows that order. So with the triangles of surfaces that are their own image, but for skin and
+    cavities, which have no rotation.
+
+    Args:
+        mesh: A linear mesh that has ``mirror_nodes``.
+    """
+    image = mesh.mirror_nodes
+    assert image is not None
+    unmoved = {"skin", *cavity_regions(mesh)}
+    surfaces = {
+        name: cells
+        if name in unmoved or _names(cells) != _names(image[cells])
+        else _mirrored_corners(cells, image)
+        for name, cells in mesh.surfaces.items()
+    }
+    tetrahedra = _mirrored_corners(mesh.tetrahedra, image)
+    return replace(mesh, tetrahedra=tetrahedra, surfaces=surfaces)
+
+
+def _mirrored_corners(cells: np.ndarray, image: np.ndarray) -> np.ndarray:
+    """The same cells, (cell, corner), each with its orientation where its image has it too."""
+    number = {name: place for place, name in enumerate(map(tuple, np.sort(cells).tolist()))}
+    partner = np.array([number[name] for name in map(tuple, np.sort(image[cells]).tolist())], int)
+    own = np.arange(len(cells))
+    ordered = cells.copy()
+    # One across the plane has two corners in it: its others first, it is its own image.
+    for cell in np.flatnonzero(partner == own):
+        aside = np.flatnonzero(image[cells[cell]] != cells[cell])
+        if len(aside):  # a triangle may lie in the plane
+            ordered[cell] = _put_first(cells[cell], *aside)
+    later = np.flatnonzero(partner < own)
+    ordered[later] = image[cells[partner[later]][:, [1, 0, *range(2, cells.shape[1])]]]
+    return ordered
+
+
+def _put_first(cell: np.ndarray, first: int, second: int) -> np.ndarray:
+    """A tetrahedron or triangle with two of its corners before the others, its orientation kept."""
+    rest = [corner for corner in range(len(cell)) if corner not in (first, second)]
+    order = [first, second, *rest]
+    if np.linalg.det(np.eye(len(cell))[order]) < 0.0:
+        order[:2] = second, first
+    return cell[order]
 
 
 def mirror_notes(mesh: Mesh) -> tuple[str, ...]:

@@ -99,7 +99,8 @@ def collect_snapshots(
 
     Raises:
         ArtefactError: The settings ask for no snapshots at all.
-        ValueError: Robots are to walk that the places do not allow.
+        ValueError: Robots are to walk that the places do not allow, or with pressures that are
+            held for no step.
     """
     problem = _Problem(part, hub, tuple(poses), settings, acting or WalkPhysics())
     names = _task_names(settings, len(poses))

@@ -171,10 +171,15 @@ def leading_fields(
 ) -> dict[int, np.ndarray]:
     """Fewest orthonormal fields that hold sets of snapshots, each to count alike.
 
+    The symmetric and the antisymmetric fields of a part with a mirror plane are chosen each for
+    itself, so what either leaves may be all that is allowed, and both leave up to sqrt(2) times the
+    tolerance. Of curves that are nearly symmetric the one part is as good as all.
+
     Args:
         parts: Decompositions of the sets in this metric.
         metric: Inner product H, (3 node, 3 node).
-        tolerance: Relative root-mean-square error of the sets' projection on the fields.
+        tolerance: Relative root-mean-square error of the sets' projection on the fields, of what
+            each parity leaves alone.
 
     Returns:
         Fields by parity, (mode, 3 node).

@@ -261,7 +261,8 @@ class ReducedArrays:
     def digest(self) -> str:
         """Hash of everything that decides how the part moves, in hexadecimal.
 
-        What its points lie on says nothing of that: friction is the physics'. Nor does its range.
+        What its points lie on is none of it, since friction is the physics': where that names
+        surfaces or depends on areas, what is kept of a robot says them besides. Nor is its range.
         """
         content, decisive = hashlib.sha256(), (*STRETCHES, "contact_flexibility")
         for each in fields(self):

@@ -60,7 +60,9 @@ class ReductionSettings(Checked):
     legs that are held rigidly."""
     curve_tolerance: ToleranceOrNone = 0.0
     """Relative projection error to which free bends and blocked tips are represented before modes
-    are spent on other snapshots; 0: only their shares count."""
+    are spent on other snapshots; 0: only their shares count. Of a part with a mirror plane what
+    symmetric and what antisymmetric modes leave is held to it each, and both to sqrt(2) times it.
+    """
     rotation: Rotation = "edge"
     """Rotation of linear elastic elements while sampled elements are trained: `edge` (as published)
     or `polar`."""

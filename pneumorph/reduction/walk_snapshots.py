@@ -33,6 +33,7 @@ from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.reduction.tolerance import ToleranceOrNone
 
 _MOST_PLACES = 10
 """Of a hub whose every subset walks: with each further place a tour of all corners takes more than
@@ -62,7 +63,7 @@ class WalkSnapshotSettings(Checked):
     """Time steps at zero pressure before the walk."""
     record_every: Count = 2
     """Time steps between snapshots."""
-    compression: NotNegative = 0.0
+    compression: ToleranceOrNone = 0.0
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""
     seed: CountOrNone = 0
@@ -115,13 +116,21 @@ class WalkPlan:
     def step_count(
         self, settings: WalkSnapshotSettings, time_step_s: float = Physics.time_step_s
     ) -> int:
-        """Steps of the walk, settling included, each of a length [s]."""
+        """Steps of the walk, settling included, each of a length [s].
+
+        Raises:
+            ValueError: Pressures are held for no step.
+        """
         return settings.settling_steps + len(self.corners) * _hold_steps(settings, time_step_s)
 
     def commands_kPa(
         self, settings: WalkSnapshotSettings, time_step_s: float = Physics.time_step_s
     ) -> np.ndarray:
-        """Simulated pressure of every step, of a length [s], after settling [kPa], (step, leg)."""
+        """Simulated pressure of every step, of a length [s], after settling [kPa], (step, leg).
+
+        Raises:
+            ValueError: Pressures are held for no step.
+        """
         held = _hold_steps(settings, time_step_s)
         return settings.amplitude_kPa * np.repeat(self.corners, held, axis=0)
 
@@ -161,7 +170,8 @@ def walk_snapshots(
     """Let one full-order robot walk and record its legs in their own frames.
 
     On a rigid hub a leg's attachment rests in its frame whatever the robot does; on a soft one it
-    moves with the hub's deformation.
+    moves with the hub's deformation. A robot that fails while it settles does not walk; what it did
+    is told as of one that fails later.
 
     Args:
         part: The leg.
@@ -172,7 +182,7 @@ def walk_snapshots(
         acting: What acts on it; None for the published physics.
 
     Raises:
-        ValueError: More legs than places.
+        ValueError: More legs than places, or pressures that are held for no step.
     """
     plan = walk_plan(settings, number, len(poses))
     if len(part.cavities) > 1:
@@ -185,12 +195,13 @@ def walk_snapshots(
     recorder = LegRecorder(robot, settings.record_every, settings.compression)
     # A robot falls and lands at first: where friction takes hold then decides how it stands.
     rest = np.zeros((settings.settling_steps, len(plan.places)))
-    start, _ = robot.rollout(
+    start, trajectory = robot.rollout(
         robot.initial_state(), rest, len(rest) or 1, record_nodes=False, observe=recorder
     )
-    _, trajectory = robot.rollout(
-        start, commands, record_every=len(commands), record_nodes=False, observe=recorder
-    )
+    if trajectory.status == "completed":
+        _, trajectory = robot.rollout(
+            start, commands, record_every=len(commands), record_nodes=False, observe=recorder
+        )
     return recorder.snapshots(f"walk {'.'.join(map(str, plan.places))}", trajectory)
 
 
@@ -238,7 +249,13 @@ def walking_robot(
 
 
 def _hold_steps(settings: WalkSnapshotSettings, time_step_s: float) -> int:
-    return round(settings.hold_s / time_step_s)
+    held = round(settings.hold_s / time_step_s)
+    if held < 1:
+        raise ValueError(
+            f"snapshots.walk.hold_s is {settings.hold_s:g} s, expected more than half a time step "
+            f"of {time_step_s:g} s: rounded to whole steps no corner's pressures would be held"
+        )
+    return held
 
 
 def gray_corners(dimension: int) -> np.ndarray:

@@ -18,6 +18,7 @@ from pneumorph.study.analysis import (
     walkers,
 )
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.recorded_trajectories import remove_earlier
 from pneumorph.trajectory import Trajectory
 
 
@@ -28,7 +29,7 @@ def draw_analysis(
     spec: RobotSpec,
     folder: RunFolder,
 ) -> None:
-    """Draw steps, margin, friction, pairs and a cycle of each robot.
+    """Draw steps, margin, friction, pairs and a cycle of each robot, in place of earlier ones.
 
     Robots that did not come to the end of their walks are left out; nothing is drawn where none
     did.
@@ -45,6 +46,8 @@ def draw_analysis(
         for each, walker in zip(found.robots, walkers(run, settings.pair_count), strict=True)
         if each.status == "completed"
     }
+    drawn = ("steps", "margin", "friction", "pairs", "cycle_B", "cycle_L*")
+    remove_earlier(folder.path, *(f"{name}.png" for name in drawn))
     if not robots:
         return
     goal = found.goal

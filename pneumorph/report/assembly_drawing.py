@@ -298,8 +298,10 @@ def _told_section(name: str, shape: PneuNetShape, scale: float) -> str:
 
 
 def _dimension(axes: Axes, start: Point, end: Point, text: str, unit: float) -> None:
+    # Not shrunk: the arrow's ends are those of what it measures.
     axes.annotate("", start, end, arrowprops={"arrowstyle": "<->", "color": INK_COLOUR,
-                                              "linewidth": 0.6})  # fmt: skip
+                                              "linewidth": 0.6, "shrinkA": 0.0,
+                                              "shrinkB": 0.0})  # fmt: skip
     x, y = np.add(start, end) / 2
     if start[0] == end[0]:
         axes.text(x + 2.0 * unit, y, text, ha="left", va="center", fontsize=7)

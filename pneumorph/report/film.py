@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeVar
 
@@ -18,6 +19,9 @@ from pneumorph.report.scene import Actor
 
 Shown = TypeVar("Shown", bound=Actor | MarkerActor)
 """Anything that has a lane."""
+
+_MOST_GIF_FRAMES_PER_SECOND = 50
+"""Frames of a GIF last whole hundredths of a second, and viewers slow down those of one."""
 
 # H.264 plays everywhere; the others are for PyAV builds without it. MPEG-4 plays in players only.
 _CODECS = ("libx264", "libopenh264", "libvpx-vp9", "mpeg4")
@@ -40,12 +44,12 @@ def write_film(
         told: What is written once of all robots; None for the names of their physics.
 
     Raises:
-        ValueError: Another suffix, or a trajectory without node positions.
+        ValueError: Another suffix, more than 50 frames per second of a GIF, or a trajectory without
+            node positions.
     """
     path = Path(path)
     settings = settings or FilmSettings()
-    if path.suffix not in (".mp4", ".gif"):
-        raise ValueError(f"film {path} ends in {path.suffix!r}, expected .mp4 or .gif")
+    refuse_unwritable(path, settings)
     painter = FramePainter(actors, settings, told=told)
     frames = _frames(painter, actors, settings, progress)
     with tempfile.TemporaryDirectory() as folder:
@@ -55,6 +59,26 @@ def write_film(
         else:
             _write_mp4(draft, frames, painter.size, settings)
         return write_atomically(path, lambda stream: stream.write(draft.read_bytes()))
+
+
+def refuse_unwritable(path: Path, settings: FilmSettings) -> None:
+    """Refuse a film that no file of its kind holds.
+
+    Args:
+        path: The file.
+        settings: How fast it is.
+
+    Raises:
+        ValueError: Neither ``.mp4`` nor ``.gif``, or more than 50 frames per second of a GIF.
+    """
+    if path.suffix not in (".mp4", ".gif"):
+        raise ValueError(f"film {path} ends in {path.suffix!r}, expected .mp4 or .gif")
+    if path.suffix == ".gif" and settings.frames_per_second > _MOST_GIF_FRAMES_PER_SECOND:
+        raise ValueError(
+            f"film {path} has {settings.frames_per_second} frames per second, expected at most "
+            f"{_MOST_GIF_FRAMES_PER_SECOND} of a GIF: viewers slow down frames of less than two "
+            "hundredths of a second; an .mp4 may have more"
+        )
 
 
 def side_by_side(actors: Sequence[Shown], spacing_mm: float = 340.0) -> list[Shown]:
@@ -102,5 +126,7 @@ def _write_mp4(
 
 def _write_gif(path: Path, frames: Iterator[Image.Image], settings: FilmSettings) -> None:
     first, *rest = (image.quantize(96, dither=Image.Dither.NONE) for image in frames)
-    duration_ms = 1000 / settings.frames_per_second
-    first.save(path, save_all=True, append_images=rest, duration=duration_ms, loop=0)
+    # Whole hundredths, as a GIF has them, whose running sum is right: errors would add up.
+    ends = [round(100 * k / settings.frames_per_second) for k in range(len(rest) + 2)]
+    durations_ms = [10 * (end - start) for start, end in pairwise(ends)]
+    first.save(path, save_all=True, append_images=rest, duration=durations_ms, loop=0)

@@ -20,7 +20,7 @@ from pneumorph.report.floor_slope import shown_slope_deg, slope_deg, slope_words
 from pneumorph.report.ground_surface import SPACING_MM, GroundSurface
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.physics_words import physics_of_walks
-from pneumorph.report.scene import Actor, ColourBy
+from pneumorph.report.scene import Actor, ColourBy, full_pressure_kPa
 from pneumorph.report.style import INK_COLOUR, path_colour, red_green_blue
 
 _FINE = 2
@@ -41,7 +41,8 @@ class FilmSettings(Checked):
     width: Annotated[int, Bounds(least=160)] = 960
     """Width of the picture [pixels]; the height follows from what must be in view."""
     frames_per_second: Count = 10
-    """Frames per second of film. More are smoother and take longer to draw."""
+    """Frames per second of film. More are smoother and take longer to draw; a GIF has at most
+    50."""
     speed: Positive = 1.0
     """Playback speed: seconds of robot time per second of film. 2 is twice as fast as reality."""
     azimuth_deg: float = 12.0
@@ -50,7 +51,8 @@ class FilmSettings(Checked):
     elevation_deg: Annotated[float, Bounds(above=0.0, most=90.0)] = 42.0
     """Height of the camera above the horizon [degrees]; 90 looks straight down."""
     colour_by: ColourBy = "regulator"
-    """What a leg's colour shows: its regulator, or its pressure from 0 to 90 kPa."""
+    """What a leg's colour shows: its regulator, or its pressure from 0 to 90 kPa or, if that is
+    more, to the highest that is shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +73,7 @@ class FramePainter:
         settings: Size, view and colours.
         captions: Write clock, scale, labels and the physics into the images.
         told: What is written once of all robots; None for the names of their physics.
+        full_kPa: Pressure of a leg's full colour [real kPa]; None for that of these robots.
     """
 
     def __init__(
@@ -79,6 +82,7 @@ class FramePainter:
         settings: FilmSettings | None = None,
         captions: bool = True,
         told: str | None = None,
+        full_kPa: float | None = None,
     ) -> None:
         if not actors:
             raise ValueError("a film needs at least one robot, got none")
@@ -90,6 +94,7 @@ class FramePainter:
         self._told = ", ".join(words for words in once if words)
         view = settings or FilmSettings()
         self._colour_by = view.colour_by
+        self._full_kPa = full_pressure_kPa(actors) if full_kPa is None else full_kPa
         extreme, self._floor_mm = _extent(self._actors, captions)
         self._camera = fitted_camera(
             extreme,
@@ -117,7 +122,7 @@ class FramePainter:
         now = list(zip(self._actors, frames, strict=True))
         robots = self._shaded(
             np.concatenate([self._corners(actor, frame) for actor, frame in now]),
-            np.concatenate([actor.colours(frame, self._colour_by) for actor, frame in now]),
+            np.concatenate([each.colours(at, self._colour_by, self._full_kPa) for each, at in now]),
         )
         carried = [(actor, frame) for actor, frame in now if isinstance(actor, Actor)]
         marks = self._shaded(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pneumorph.report.frame_painter import FilmSettings, FramePainter
+from pneumorph.report.scene import full_pressure_kPa
 from pneumorph.report.style import figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -41,7 +42,11 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
         raise ValueError(
             f"got {len(actors)} robots and {len(times_s)} instants, expected at least one of each"
         )
-    painters = [FramePainter([actor], FilmSettings(width), captions=False) for actor in actors]
+    full_kPa = full_pressure_kPa(actors)
+    painters = [
+        FramePainter([actor], FilmSettings(width), captions=False, full_kPa=full_kPa)
+        for actor in actors
+    ]
     tall = max(painter.size[1] / painter.size[0] for painter in painters)
     figure = new_figure(7.0, 0.3 + 7.0 / len(times_s) * tall * len(actors))
     panels = figure.subplots(len(actors), len(times_s), squeeze=False)

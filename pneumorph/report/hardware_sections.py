@@ -190,11 +190,11 @@ def calibration_sections(found: FittedCalibration, run: FinishedRun, sheet: Shee
     table = page.table(["parameter", "fitted", "95 % from", "to"], rows)
     pictures = [
         page.picture(run.folder / name, caption)
-        for name, caption in (
-            ("calibration.png", "Pressures of equal bend, and the line through them."),
-            ("air_fit.png", "The first trial's pressures, and those of the fitted valves."),
-            ("path_fit.png", "The first trial's path, before and after the fit."),
+        for fit, name, caption in (
+            ("pressure", "calibration.png", "Pressures of equal bend, and the line through them."),
+            ("air", "air_fit.png", "The first trial's pressures, and those of the fitted valves."),
+            ("trajectories", "path_fit.png", "The first trial's path, before and after the fit."),
         )
-        if (run.folder / name).exists()
+        if fit in found.fit and (run.folder / name).exists()
     ]
     return [Section("Fitted parameters", page.side_by_side(*pictures) + table)]

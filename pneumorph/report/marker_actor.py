@@ -112,8 +112,10 @@ class MarkerActor:
         place = np.append(self.path_mm[frame], _CUBE_MM / 2)
         return np.asarray(_TRIAD + place)
 
-    def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
-        """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1."""
+    def colours(
+        self, frame: int, colour_by: ColourBy = "regulator", full_kPa: float | None = None
+    ) -> np.ndarray:
+        """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1: no pressure's."""
         axes = np.array([red_green_blue(colour) for colour in TRIAD_COLOURS])
         return np.repeat(axes, len(_TRIAD) // 3, axis=0)
 

@@ -45,8 +45,8 @@ from pneumorph.study.simulated_walk import SimulatedWalk
 from pneumorph.study.training_result import TrainingResult
 
 _SHOWN_ELSEWHERE = (
-    "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
-    "transfer_rewards",
+    "air_fit", "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances",
+    "transfer_gaits", "transfer_rewards",
 )  # fmt: skip
 """How the names of pictures end that other sections show."""
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
@@ -24,9 +25,28 @@ if TYPE_CHECKING:
 ColourBy = Literal["regulator", "pressure"]
 """What the colour of a leg tells."""
 
-_FULL_COLOUR_KPA = 90.0
+_LEAST_FULL_KPA = 90.0
+"""What the highest pressure of the paper's gaits is."""
 _SLACK_TINT = 0.45
 _SHOWN_EDGE_MM = 9.0
+
+
+class Pressurised(Protocol):
+    """Anything of which is known what its regulators reached [real kPa], (frame, regulator)."""
+
+    @property
+    def regulated_kPa(self) -> np.ndarray: ...
+
+
+def full_pressure_kPa(shown: Iterable[Pressurised]) -> float:
+    """Return the pressure at which a leg has its full colour [real kPa]: 90 kPa as in the paper's
+    gaits, or the highest that a regulator of any of these robots reached where that is more.
+
+    Args:
+        shown: All robots that are shown beside each other.
+    """
+    highest = [np.fmax.reduce(each.regulated_kPa, axis=None, initial=0.0) for each in shown]
+    return float(max([_LEAST_FULL_KPA, *highest]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +107,11 @@ class Actor:
             return self.trajectory.status
         way = self.goal.along(self.trajectory)[frame]
         return f"{way:+.{self.goal.digits}f}{self.goal.symbol}"
+
+    @property
+    def regulated_kPa(self) -> np.ndarray:
+        """What its regulators reached [real kPa], (frame, regulator)."""
+        return self.trajectory.regulated_kPa
 
     @property
     def regulators(self) -> tuple[tuple[int, ...], ...]:
@@ -199,14 +224,23 @@ class Actor:
         sorted by depth."""
         return halved(self.shape.hub_nodes_mm[self.shape.hub_triangles], _SHOWN_EDGE_MM)
 
-    def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
+    def colours(
+        self, frame: int, colour_by: ColourBy = "regulator", full_kPa: float | None = None
+    ) -> np.ndarray:
         """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1.
 
-        A leg has its regulator's colour, pale where it is slack and full at 90 kPa, or the
-        pressure's colour from 0 to 90 kPa in cividis, made for any colour vision; one of several
+        A leg has its regulator's colour, pale where it is slack and full at the full pressure, or
+        the pressure's colour from 0 to that in cividis, made for any colour vision; one of several
         cavities what these come to in the mean.
+
+        Args:
+            frame: Its frame.
+            colour_by: What the colour of a leg tells.
+            full_kPa: The full pressure [real kPa], above 0; None for that of this robot alone
+                (`full_pressure_kPa`).
         """
-        pressure = np.clip(self.trajectory.regulated_kPa[frame] / _FULL_COLOUR_KPA, 0.0, 1.0)
+        full_kPa = full_pressure_kPa([self]) if full_kPa is None else full_kPa
+        pressure = np.clip(self.regulated_kPa[frame] / full_kPa, 0.0, 1.0)
         legs = np.array([self._colour(pressure, each, colour_by) for each in self.regulators])
         hub = np.tile(red_green_blue(DISK_COLOUR), (len(self._hub_corners), 1))
         counts = [len(leg.triangles) for leg in self.legs]

@@ -13,6 +13,7 @@ from pneumorph.report.plan import HALF_WIDTH_MM, PlanOf, paper_plan
 from pneumorph.report.plan_view import draw_plan_view
 from pneumorph.report.style import (
     BASELINE_COLOUR,
+    FIGURE_FILES,
     INK_COLOUR,
     LEARNED_COLOUR,
     NEUTRAL_COLOUR,
@@ -28,6 +29,7 @@ from pneumorph.report.style import (
 )
 from pneumorph.robot.design import Design
 from pneumorph.study.fitted_calibration import CalibrationStudy
+from pneumorph.study.recorded_trajectories import remove_earlier
 from pneumorph.study.transfer import TransferStudy
 
 if TYPE_CHECKING:
@@ -258,7 +260,10 @@ def air_fit_figure(log: LoggedPressures, fitted_kPa: np.ndarray, rms_kPa: float)
 
 
 def save_calibration_figures(study: CalibrationStudy, folder: Path) -> None:
-    """Draw ``calibration.png``, ``air_fit.png`` and ``path_fit.png``, where there is such a fit."""
+    """Draw ``calibration.png``, ``air_fit.png`` and ``path_fit.png``, where there is such a fit;
+    those of an earlier calibration in the folder are removed."""
+    for name in ("calibration", "air_fit", "path_fit"):
+        remove_earlier(folder, *(f"{name}.{suffix}" for suffix in FIGURE_FILES))
     fit = study.found.fit
     if study.filled is not None:
         log, fitted_kPa = study.filled

@@ -11,7 +11,7 @@ from pneumorph.report.frames_figure import frames_figure, has_ended
 from pneumorph.report.page import Section
 from pneumorph.report.plan import plan_of_walk
 from pneumorph.report.plan_view import plan_view_figure
-from pneumorph.report.scene import Actor
+from pneumorph.report.scene import Actor, full_pressure_kPa
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.walk_figures import (
     cycle_figure,
@@ -81,8 +81,8 @@ def replay_section(
     ]
     replay = sheet.replayed(
         actors,
-        "Forward is to the right. A leg has its regulator's colour, full at 90 kPa; of several "
-        "regulators the mean of theirs.",
+        "Forward is to the right. A leg has its regulator's colour, full at "
+        f"{full_pressure_kPa(actors):.0f} kPa; of several regulators the mean of theirs.",
     )
     end_s = max(float(each.time_s[-1]) for each in trajectories.values())
     times_s = [end_s * number / (_STILL_COUNT - 1) for number in range(_STILL_COUNT)]

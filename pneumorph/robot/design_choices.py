@@ -153,6 +153,18 @@ class DesignChoices(Checked):
                     waiting.append(product)
         return tuple(seen)
 
+    @property
+    def symmetry_moves(self) -> tuple[Product, ...]:
+        """Where each location's leg goes, and whether cavities change order as well, for each
+        design that is counted as one with another but for the names of its regulators; that which
+        moves nothing first."""
+        return self._products
+
+    @property
+    def mirror_move(self) -> Product | None:
+        """The same of the mirror image; None of a robot without a mirror."""
+        return None if self._mirror is None else (self._mirror, True)
+
     def _numbers(self, name: str, text: str) -> tuple[int, ...]:
         numbers = tuple(int(each) if each.isdecimal() else -1 for each in text.split())
         if not all(0 <= number < self.location_count for number in numbers):

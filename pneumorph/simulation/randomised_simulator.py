@@ -225,7 +225,16 @@ def reduction_digests(randomisation: Randomisation) -> dict[str, str]:
 
 def digest_of_part(file: str) -> str:
     """Hash of the content of a reduction that worlds may have."""
-    return _part_of(file, _written_ns(file)).digest()
+    return part_of_file(file).digest()
+
+
+def part_of_file(file: str) -> ReducedPart:
+    """A reduction that worlds may have, read once.
+
+    Raises:
+        FileNotFoundError: No such file.
+    """
+    return _part_of(file, _written_ns(file))
 
 
 def _alike(file: str, own: ReducedPart) -> ReducedPart:

@@ -28,6 +28,7 @@ from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.furthest import furthest
+from pneumorph.study.recorded_trajectories import remove_earlier
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.trajectory import Trajectory
 
@@ -221,7 +222,8 @@ def analyse(
         run: The run or its folder.
         settings: Which pairs, and over which frictions.
         robot: What they walk as; None for the leg and physics of the run.
-        folder: Receives the trajectories and ``analysis.json``; None for RUN/analysis.
+        folder: Receives the trajectories and ``analysis.json``; None for RUN/analysis. Trajectories
+            of an earlier analysis there are removed.
 
     Raises:
         ArtefactError: The run holds no pairs, or is damaged.
@@ -237,6 +239,7 @@ def analyse(
     folder = folder or RunFolder(run.folder / "analysis", "analyse")
     robots = walkers(run, settings.pair_count)
     step_s = run.task.action_s(spec.physics.time_step_s)
+    remove_earlier(folder.path, walk_file("B"), walk_file("L*"))
     folder.progress.stage(f"recording {len(robots)} robots")
     recorded = []
     for number, each in enumerate(robots, start=1):

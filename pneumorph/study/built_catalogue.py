@@ -317,7 +317,7 @@ def _table(shapes: Mapping[str, ModuleShape], reports: Mapping[str, ModuleReport
 
 _HEADING = [
     "module", "plate mm", "chambers", "mass g", "bend", "bend error %", "blocked %", "compliance %",
-    "range", "modes", "points", "MB",
+    "loaded up to", "modes", "points", "MB",
 ]  # fmt: skip
 _COLUMNS = len(_HEADING)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings
-from pneumorph.catalogue.robot_identity import reduction_digest
+from pneumorph.catalogue.robot_identity import reduction_digest, touching_identity
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings, RoundSettings
@@ -20,7 +20,7 @@ from pneumorph.study.reduce_settings import ReduceSettings
 from pneumorph.study.study_once import refuse_others
 
 SAID_NOW = (
-    *("certificate", "physics", "leg", "reductions"),
+    *("certificate", "physics", "leg", "contact_points", "reductions"),
     *("hub_mass", "hub_model", "mounting_angle_deg", "full_order", "ground", "settling_step_count"),
     "pairs",
 )
@@ -52,6 +52,7 @@ def made_of_settings(
         "certificate": walked,
         "physics": spec.physics,
         "leg": reduction_digest(spec),
+        "contact_points": touching_identity(spec, drawn) or None,
         "reductions": sorted(reduction_digests(drawn).values()),
         "reduction": reduction,
         "hub_mass": spec.hub.mass_numbers(),

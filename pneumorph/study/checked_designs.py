@@ -85,7 +85,7 @@ def check_designs(
         roughness_note(space, robot.physics, redrawn) if learns else None,
         unlike_sides_note(robot.modules) if learns and space.has_mirror else None,
     )
-    notes = tuple(note for note in told if note is not None)
+    notes = robot.calibration_notes + tuple(note for note in told if note is not None)
     for note in notes:
         say(note)
     say_unseen_pressure(robot, largest_kPa, say)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -14,7 +14,9 @@ from pneumorph.base.artefact import write_text
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_mass import RobotMass
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -26,6 +28,7 @@ from pneumorph.study.full_benchmark import FullBenchmark, bench_full
 from pneumorph.study.full_order_store import FullOrderStore, shipped_folders
 from pneumorph.study.heldout import heldout_animations, periodic_animations
 from pneumorph.study.model_pair import ModelPair
+from pneumorph.study.recorded_trajectories import remove_earlier
 from pneumorph.study.reduction_grid import GridPoint, reduction_grid
 from pneumorph.study.robot_error import RobotError, node_error, robot_error
 
@@ -175,6 +178,22 @@ class NodeErrors:
     mean_mm: dict[str, dict[str, tuple[float, ...]]]
 
 
+def is_usual_robot(robot: Mapping[str, Any]) -> bool:
+    """Whether settings are of the robot that nobody chose, wherever it is computed.
+
+    Args:
+        robot: All settings of `RobotOptions`, as nested dictionaries.
+    """
+    return _walking(robot) == _walking(settings_to_dict(RobotOptions()))
+
+
+def _walking(robot: Mapping[str, Any]) -> dict[str, Any]:
+    """What of a robot's settings its walks depend on: not where they are computed."""
+    full = {name: value for name, value in robot["full"].items() if name != "thread_count"}
+    kept = {name: value for name, value in robot.items() if name not in ("threads", "executor")}
+    return {**kept, "full": full}
+
+
 def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -> Comparison:
     """Run both models and return the errors and the time ratio.
 
@@ -182,7 +201,7 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
         settings: What to compare.
         robot: The robot, whose module is known in both models.
         folder: Receives ``bend.csv``, ``node_errors.json`` and full-order trajectories, which are
-            not computed again.
+            not computed again. Reduced trajectories of an earlier comparison there are removed.
 
     Raises:
         ArtefactError: The reduced leg does not stand for the full one.
@@ -204,6 +223,8 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
     for design in designs:
         _ = robot.assembly(design)
     robot.check_reduction()
+    recorded = (*ComparisonSettings().animations, "heldout_*", "periodic_*", "floating_*")
+    remove_earlier(folder.path, *(_reduced_file(name) for name in recorded))
     own = settings.full_order or folder.path / "full_order"
     store = FullOrderStore((own, *shipped_folders()))
     comparer = _Comparer(settings, robot, folder, store)
@@ -265,7 +286,7 @@ class _Comparer:
             full = pair.full(self.store, name, every, progress)
             reduced = pair.reduced(every, like=full)
             if self.settings.record:
-                reduced.save(self.folder / f"{name}_reduced.npz")
+                reduced.save(self.folder / _reduced_file(name))
             error = errors[animation.name] = robot_error(full, reduced)
             frames = node_error(full, reduced).mean(axis=(1, 2))
             curves[animation.name] = tuple(frames.tolist())
@@ -285,6 +306,11 @@ class _Comparer:
             for each in chosen
         ]
         return reduction_grid(self.settings.grid, walks, self.robot, every, progress)
+
+
+def _reduced_file(name: str) -> str:
+    """Name of a recorded walk of a reduced robot."""
+    return f"{name}_reduced.npz"
 
 
 def _mean(values: list[float]) -> float:

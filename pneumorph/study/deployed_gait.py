@@ -152,7 +152,7 @@ def deploy_gait(
 def _say_what_is_taken(plan: _Plan, robot: RobotOptions, spec: RobotSpec) -> None:
     """Which design and world a described robot has, and how long finite elements will take."""
     settings, say = plan.settings, plan.folder.progress.say
-    for note in robot.notes(None if plan.design is None else str(plan.design)):
+    for note in robot.notes(None if plan.design is None else str(plan.design), spec):
         say(note)
     say_lowered_pressure(spec, float(plan.schedule.pressure_kPa.max(initial=0.0)), say)
     walks = plan.rig.driver == "virtual" and not (settings.dry_run or settings.bend_test)

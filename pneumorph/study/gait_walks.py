@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.checked import Checked, Count, NotNegative, Positive
+from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.progress import ProgressReport
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -30,6 +30,7 @@ from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import record_walk
 from pneumorph.reduction.snapshot_files import read_header
 from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.reduction.tolerance import ToleranceOrNone
 from pneumorph.robot.design import Design
 from pneumorph.study.full_order_identity import carried_otherwise, gait_walk_identity
 
@@ -45,7 +46,7 @@ class GaitWalkSettings(Checked):
     """How much of each gait is walked, from its start [s]."""
     record_every: Count = 4
     """Time steps between snapshots."""
-    compression: NotNegative = 3e-4
+    compression: ToleranceOrNone = 3e-4
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""
     damping: Damping | None = None

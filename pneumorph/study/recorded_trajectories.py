@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from pneumorph.trajectory import Trajectory
@@ -12,6 +13,8 @@ _LABELS = {
     "trajectory": "robot",
 }
 _MODELS = ("full", "reduced")
+_SIMULATED = "simulated_"
+"""How the names of a transfer's walks begin, which its page shows beside their trials."""
 
 
 def recorded_trajectories(folder: Path) -> dict[str, dict[str, Trajectory]]:
@@ -28,15 +31,33 @@ def recorded_trajectories(folder: Path) -> dict[str, dict[str, Trajectory]]:
     return groups
 
 
-def _order(path: Path) -> tuple[int, str]:
+def remove_earlier(folder: Path, *patterns: str) -> None:
+    """Remove what an earlier call of the same verb wrote into a folder: a page would show as this
+    run's what it does not write again.
+
+    Args:
+        folder: The run folder.
+        patterns: Names of files there, with wildcards.
+    """
+    for pattern in patterns:
+        for file in folder.glob(pattern):
+            file.unlink()
+
+
+def _order(path: Path) -> tuple[int, list[str | int]]:
+    """By what is known of a name, then by its letters and its numbers: L2 comes before L10."""
     known = list(_LABELS)
-    return (known.index(path.stem) if path.stem in known else len(known), path.stem)
+    parts = re.split(r"(\d+)", path.stem)  # text and digits by turns, text first
+    named = [int(part) if place % 2 else part for place, part in enumerate(parts)]
+    return (known.index(path.stem) if path.stem in known else len(known), named)
 
 
 def _group_and_label(stem: str) -> tuple[str, str | None]:
     """Group and label of an npz file by its name; the label is None for what is no trajectory."""
     if stem in _LABELS:
         return "", _LABELS[stem]
+    if stem.startswith(_SIMULATED):
+        return "", None
     first, _, last = stem.rpartition("_")
     if stem.startswith("trajectory_"):  # trajectory_reduced_L1
         return "", last

@@ -49,9 +49,10 @@ class ReduceOptions(Checked):
     00-30": sets its law (--materials.silicone) and density, and all pressures and forces of the
     snapshots in proportion to its modulus. By default the preset's."""
     largest_pressure_kPa: Positive | None = None
-    """Largest pressure that the leg is driven with [kPa], to which the preset's snapshots go (100
-    in the measured physics, of another silicone than Dragon Skin 30 in proportion to its modulus):
-    sets all their pressures in proportion."""
+    """Largest pressure that the leg is driven with [kPa], to which the preset's loads and walks go
+    (100 in the measured physics, of another silicone than Dragon Skin 30 in proportion to its
+    modulus): sets all pressures of snapshots in proportion. Free bends go some percent further (5
+    in the measured physics), and gaits to the end of these, up to their usual 90 kPa."""
     materials: LegMaterials = field(default_factory=LegMaterials)
     masses: Masses = field(default_factory=Masses)
     """What the leg weighs, and the hub of walking robots."""

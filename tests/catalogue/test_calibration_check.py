@@ -8,8 +8,16 @@ from pathlib import Path
 import pytest
 from helpers.synthetic_part import synthetic_part, synthetic_reduced_part
 
-from pneumorph.catalogue.calibration_check import check_calibration
+from pneumorph.catalogue.calibration_check import (
+    RELATIVE_TO,
+    bent_leg,
+    calibration_note,
+    check_calibration,
+    relative_to,
+)
 from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.material import Material
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
@@ -70,3 +78,41 @@ def test_a_line_of_the_legs_own_bends_in_other_units_is_refused() -> None:
     for slope in (0.5, 2.0):
         line = replace(fitted_to(measured), pressure_map=PressureMap(slope, 0.0))
         check_calibration(line, [measured])
+
+
+def test_legs_beside_the_one_that_was_measured_are_told() -> None:
+    own = module("own leg")
+    stiffer = replace(PART, tetrahedron_material=Material(1300.0, 0.49))
+    mixed = [own, module("other leg", stiffer)]
+    line = fitted_to(own)
+    assert calibration_note(line, [own, own.scaled(1.3)]) is None
+    assert calibration_note(Calibration(PressureMap(), path=FILE), mixed) is None
+    assert calibration_note(line, mixed) == (
+        "calibration measured.json: pressures were measured of own leg, not of other leg: they are "
+        "taken for all of these"
+    )
+    numbers = {"mass_factor": (1.1, 0.01), "modulus_factor": (0.9, 0.02)}
+    bench = {"bench": {RELATIVE_TO: relative_to(numbers, [own])}}
+    tested = Calibration(source=bench, measured=numbers)
+    assert calibration_note(tested, [own]) is None
+    heavy = [own, own.scaled(mass_factor=1.2)]
+    assert calibration_note(tested, heavy) == (
+        "the calibration: the masses of drawn worlds were measured of own leg, not of own leg: "
+        "they are taken for all of these"
+    )
+    note = calibration_note(tested, mixed)
+    assert note is not None
+    assert "the moduli of drawn worlds were measured of own leg, not of other leg" in note
+    assert "masses" not in note
+
+
+def test_a_robot_of_several_kinds_tells_which_were_not_measured() -> None:
+    spec = RobotDescription.read(Path(__file__).parents[2] / "examples/plate.toml").spec()
+    long, short = spec.modules
+    assert spec.calibration_notes == ()
+    line = PressureMap(1.1, 0.0)
+    of_long = spec.calibrated(Calibration(line, source={"pressure": {"bent": bent_leg(long)}}))
+    (note,) = of_long.calibration_notes
+    assert f"pressures were measured of {long.name}, not of {short.name}" in note
+    assert RobotOptions().notes(None, of_long) == (note,)
+    assert spec.calibrated(Calibration(line)).calibration_notes == ()

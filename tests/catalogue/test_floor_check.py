@@ -1,14 +1,20 @@
-"""Robots that would begin inside the floor are refused; those that begin on or above it walk."""
+"""Robots that would begin inside the floor, or far above it, are refused; others walk."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.catalogue.floor_check import check_near_floor, check_payload_above_floor
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.physics.ground import Ground, RoughGround
+from pneumorph.physics.ground import Ground, RoughGround, Steps
+from pneumorph.physics.height_map import HeightMap
+from pneumorph.physics.physics import Physics
 from pneumorph.physics.start_pose import StartPose
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import World
@@ -78,3 +84,67 @@ def test_a_world_whose_legs_point_down_presses_them_on_the_floor(spec):
         floor_mm = float(points[:, 2].min()) + inside_mm
         start = replace(drooping.physics, floor_height_mm=floor_mm).start_pose(points)
         assert start.translation[2] == pytest.approx(raised_mm)
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 180.0])
+@pytest.mark.parametrize(("x_mm", "floor_mm"), [(10.0, -10.0), (-40.0, -40.0)])
+def test_a_payload_lies_above_the_ground_below_it(heading_deg, x_mm, floor_mm):
+    """Feet at a height of -10 mm stand on a step of 30 mm, and others above what is before it."""
+    points = np.array([[x, y, -10.0] for x in (-50.0, 50.0) for y in (-40.0, 40.0)])
+    start = StartPose(lift_mm=3.0, heading_deg=heading_deg)
+    ground = Ground(steps=Steps(30.0, start_mm=-20.0, run_mm=20.0))
+    physics = Physics(floor_height_mm=-10.0, ground=ground, start=start)
+    x_mm *= np.cos(np.deg2rad(heading_deg))
+    for below_mm in (0.9, 1.1):
+        place = np.array([x_mm, 0.0, floor_mm - 3.0 - below_mm])
+        check_payload_above_floor(place, physics)  # of no design nothing is known
+        if below_mm < 1.0:
+            check_payload_above_floor(place, physics, points)
+            continue
+        with pytest.raises(ValueError, match=f"payload_mm .* and the floor at {floor_mm:g}, exp"):
+            check_payload_above_floor(place, physics, points)
+
+
+BOX_MM = np.array([[x, y, z] for x in (-50, 50) for y in (-40, 40) for z in (0, 20)], dtype=float)
+FEET_MM = np.array([[-60.0, 0.0, -90.0], [60.0, 0.0, -90.0]])
+
+
+@pytest.mark.parametrize(
+    ("physics", "fall_mm"),
+    [
+        (Physics(floor_height_mm=-330.0), 240.0),  # twice 120 mm, from toe to toe
+        (Physics(floor_height_mm=-331.0), 241.0),
+        (Physics(floor_height_mm=-2000.0, ground=Ground(rough=RoughGround(3.0))), 1910.0),
+        (Physics(floor_height_mm=-361.0, ground=Ground(steps=Steps(15.0, count=2))), 241.0),
+        (Physics(floor_height_mm=-331.0, start=StartPose(lift_mm=100.0)), 241.0),
+        (Physics(floor_height_mm=-320.0, start=StartPose(roll_deg=180.0)), 300.0),
+    ],
+)
+def test_a_floor_far_below_the_robot_is_refused(physics, fall_mm):
+    if fall_mm <= 240.0:
+        check_near_floor(BOX_MM, lambda: [FEET_MM], physics)
+        return
+    with pytest.raises(ValueError, match=rf"floor_height_mm is -\d+, {fall_mm:g} mm below the rob"):
+        check_near_floor(BOX_MM, lambda: [FEET_MM], physics)
+
+
+def test_what_is_to_fall_or_float_may_be_high_and_legs_are_read_where_they_matter():
+    def unread() -> list[np.ndarray]:
+        raise AssertionError("the hub alone is near the floor")
+
+    for physics in (
+        Physics(),
+        Physics(start=StartPose(lift_mm=1e3)),
+        Physics(floor_height_mm=-1e4, gravity_mm_per_s2=0.0),
+        Physics(floor_height_mm=-1e4, ground=Ground(HeightMap(Path("of_any_zero.npy")))),
+    ):
+        check_near_floor(BOX_MM, unread, physics)
+
+
+def test_robots_of_options_and_of_files_are_not_put_far_above_their_floor():
+    far = RobotOptions.of("measured")
+    with pytest.raises(ValueError, match=r"floor_height_mm is -2000, 1995 mm below the robot"):
+        replace(far, physics=replace(far.physics, floor_height_mm=-2000.0)).spec()
+    plate = RobotDescription.read(Path(__file__).parents[2] / "examples/plate.toml")
+    with pytest.raises(ArtefactError, match=r"plate\.toml: .* is -2000, .* its longest side"):
+        plate.spec(replace(plate.acting, floor_height_mm=-2000.0))

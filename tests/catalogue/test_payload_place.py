@@ -12,6 +12,7 @@ from pneumorph.catalogue.description_notes import description_notes
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.geometry.simple_solids import box_solid
+from pneumorph.physics.ground import Ground, Steps
 
 HERE = Path()
 EXAMPLE = RobotDescription.read(Path(__file__).parents[2] / "examples/tasks/payload.toml")
@@ -104,3 +105,15 @@ def test_a_payload_below_the_floor_is_refused() -> None:
         below.spec()
     lifted = replace(below.acting, start=replace(below.acting.start, lift_mm=100.0))
     assert below.spec(lifted).hub.payload is not None
+
+
+def test_a_payload_below_uneven_ground_is_refused_with_the_design_that_carries_it() -> None:
+    """The ground is put below the robot, so nothing is known of its height before."""
+    below = replace(EXAMPLE, hub=replace(EXAMPLE.hub, payload_mm=(0.0, 0.0, -40.0)))
+    uneven = replace(below.acting, ground=Ground(steps=Steps(5.0, start_mm=300.0)))
+    spec = below.spec(uneven)
+    for make in (spec.assembly, spec.reduced):
+        with pytest.raises(ValueError, match=r"height of -40 mm at rest and the floor at -12\.797"):
+            make(below.usual_design)
+    raised = replace(uneven, start=replace(uneven.start, lift_mm=40.0))
+    assert below.spec(raised).assembly(below.usual_design).mounts

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pneumorph.catalogue.leg_kinds import leg_kind, masses_of
+from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
@@ -17,10 +18,14 @@ from pneumorph.catalogue.robot_identity import (
     reduction_digest,
     resume_identity,
 )
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.ground import Ground, RoughGround, Steps
 from pneumorph.physics.height_map import HeightMap
+from pneumorph.physics.physics import Physics
 from pneumorph.physics.start_pose import StartPose
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.randomisation import Randomisation, World
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
@@ -64,6 +69,72 @@ def test_only_robots_that_are_put_on_the_floor_for_their_droop_say_so() -> None:
     high = replace(usual, physics=replace(usual.physics, start=StartPose(lift_mm=8.0)))
     deep = replace(level, mounting_angle_deg=6.0)
     assert mounting_identity(high, [deep]) == {}
+
+
+def _moved(part: ReducedPart, count: int) -> ReducedPart:
+    """With so many of its points on the skin as sheet."""
+    names = part.contact_surface.copy()
+    names[np.flatnonzero(names == "skin")[:count]] = "sheet"
+    return replace(part, contact_surface=names)
+
+
+def _with(part: ReducedPart, physics: Physics) -> RobotSpec:
+    """The measured robot with another reduction."""
+    masses = masses_of("measured")
+    return paper_robot(module_of_leg("measured", part=part, masses=masses), physics, masses)
+
+
+def test_legs_whose_points_lie_on_other_surfaces_are_told_apart_where_friction_names_them() -> None:
+    """Legs that ship say nothing, nor do others where only the hub's friction has a name."""
+    usual = leg_kind("measured").physics
+    named = replace(usual, friction_by_surface=(("skin", 0.4), ("sheet", 0.9)))
+    ships = paper_robot("measured", named)
+    module = ships.module
+    level = World.nominal(named)
+    assert resume_identity(ships) == mounting_identity(ships, [level]) == {}
+    others = [_moved(module.reduced, count) for count in (1, 58)]
+    assert {other.digest() for other in others} == {module.reduced.digest()}
+    for identity in (resume_identity, lambda spec: mounting_identity(spec, [level])):
+        told = [identity(_with(other, named)) for other in others]
+        assert [list(each) for each in told] == [["contact_points"]] * 2
+        assert told[0] != told[1]
+        assert told[0] == identity(_with(others[0], named))
+    bare = _with(others[0], usual)
+    assert resume_identity(bare) == mounting_identity(bare, [level]) == {}
+    # A whole robot's mesh says it.
+    assert mounting_identity(_with(others[0], named), [level], "full") == {}
+
+
+def test_surfaces_of_drawn_frictions_and_reductions_count_too(tmp_path: Path) -> None:
+    usual = paper_robot("measured")
+    other = _moved(usual.module.reduced, 5)
+    file = other.save(tmp_path / "leg.npz")
+    level = World.nominal(usual.physics)
+    law = (("sheet", "U(0.2, 0.4)"),)
+    in_world = replace(level, friction_by_surface=(("sheet", 0.3),))
+    spec = _with(other, usual.physics)
+    assert list(resume_identity(spec, Randomisation(friction_by_surface=law))) == ["contact_points"]
+    assert list(mounting_identity(spec, [level, in_world])) == ["contact_points"]
+    told = [
+        resume_identity(usual, Randomisation(friction_by_surface=law, reductions=reductions))
+        for reductions in ((), (file,))
+    ]
+    assert told[0] == {}
+    assert list(told[1]) == ["contact_points"]
+    assert mounting_identity(usual, [replace(in_world, reduction=str(file))]) != {}
+    assert mounting_identity(usual, [replace(level, reduction=str(file))]) == {}
+
+
+def test_areas_of_points_count_where_friction_depends_on_pressure() -> None:
+    usual = leg_kind("measured").physics
+    pressed = replace(usual, friction_pressure=FrictionPressure(exponent=-0.1, pressure_kPa=10.0))
+    ships = paper_robot("measured", pressed)
+    assert resume_identity(ships) == {}
+    part = ships.module.reduced
+    wider = replace(part, contact_area_mm2=2.0 * part.contact_area_mm2)
+    assert wider.digest() == part.digest()
+    assert list(resume_identity(_with(wider, pressed))) == ["contact_points"]
+    assert resume_identity(_with(wider, usual)) == {}
 
 
 def test_maps_of_one_name_are_told_apart(tmp_path: Path) -> None:

@@ -12,8 +12,10 @@ from typing import Any, get_type_hints
 import pytest
 
 from pneumorph.base.layers import _flags, _switched_off
-from pneumorph.cli import VERBS
+from pneumorph.cli import VERBS, _parsed
 from pneumorph.command.verb import CommonOptions
+from pneumorph.fabrication.fabricated_robot import refuse_thin_fins
+from pneumorph.fabrication.robot_to_make import described_robot_to_make
 
 ROOT = Path(__file__).parent.parent.parent
 COMMANDS = (
@@ -74,6 +76,20 @@ def test_flags_that_texts_name_are_flags_of_their_verb() -> None:
 def test_examples_of_a_verb_are_paragraphs_of_their_own(verb: str) -> None:
     help_text = import_module(f"pneumorph.command.{verb}").__doc__ or ""
     assert [each for each in help_text.split("\n\n") if each.count("Example:") > 1] == []
+
+
+def test_the_example_of_a_robots_file_can_be_built(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mould of its short leg has thinner fins than are taken unasked."""
+    monkeypatch.chdir(ROOT)
+    help_text = import_module("pneumorph.command.fabricate").__doc__ or ""
+    (arguments,) = re.findall(
+        r"Example: pneumorph fabricate (\S+ --robot [^\n]*(?:\n.+)*)", help_text
+    )
+    options = _parsed("fabricate", verb_of("fabricate"), "", arguments.split())[0]
+    description, settings = options.robot.description, options.fabrication
+    robot = options.robot.spec()
+    made = described_robot_to_make(options.design, description, robot, settings)
+    refuse_thin_fins(made.legs, settings.mould)
 
 
 @pytest.mark.parametrize("verb", VERBS)

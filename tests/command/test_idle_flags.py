@@ -50,8 +50,27 @@ IDLE = {
     "search --kept-pair-count 9": "--kept-pair-count: expected",
     "evaluate {run} --world-count 10 --world-seed 3": "--world-count: expected to be left out "
     "without --randomize",
+    "fabricate 1.0.0.2.2.0.0.1 --hub-check.size-mm 3": "--hub-check.size-mm: expected to be left "
+    "out without --check-hub: it would be ignored",
     "evaluate {run} --world-seed 3": "--world-seed: expected",
     "evaluate {run} --randomisation.friction 0.3": "--randomisation.friction: expected",
+    "simulate --film-settings.width 240": "--film-settings.width: expected to be left out without "
+    "--film: it would be ignored",
+    "simulate --film --live-settings.port 8000": "--live-settings.port: expected to be left out "
+    "without --live",
+    "replay walk.npz --film.width 240": "--film.width: expected to be left out without --mp4 or",
+    "bench full --robot-count 3": "--robot-count: expected to be left out of `bench full`",
+    "bench full --space.minimum-legs 2": "--space.minimum-legs: expected",
+    "bench engine --design 1.0.0.0.2.0.0.0": "--design: expected to be left out of `bench engine`",
+    "bench --full-benchmark.timed-steps 3": "--full-benchmark.timed-steps: expected",
+    "bench --expert.period-s 3": "--expert.period-s: expected",
+    "watch {run} --once --port 8000": "--port: expected to be left out with --once",
+    "explore {run} --space.minimum-legs 2": "--space.minimum-legs: expected to be left out beside",
+    "catalogue list --shipped": "--shipped: expected to be left out without `build`",
+    "catalogue --executor.process-count 1": "--executor.process-count: expected",
+    "exchange shipped --to sofa --physics.friction 0.3": "--physics.friction: expected to be left "
+    "out of a SOFA scene, which has only time step, gravity and damping numbers",
+    "exchange shipped --to sofa --physics.air.law orifice": "--physics.air.law: expected",
 }
 
 
@@ -96,6 +115,15 @@ def test_what_would_be_ignored_is_refused(
         "coopt --preset fast --restarts 1",
         "search --objective.centring-rounds 0",
         "search --run {run} --objective.centring-rounds 0",
+        "simulate --film --film-settings.width 240",
+        "replay walk.npz --gif --film.width 240",
+        "bench full --design 1.0.0.0.2.0.0.0",
+        "bench engine --robot-count 3 --space.minimum-legs 2",
+        "watch {run} --port 8000",
+        "explore {run}",
+        "explore --space.minimum-legs 2",
+        "catalogue build --shipped",
+        "exchange shipped --to sofa --physics.time-step-s 0.005 --physics.gravity-mm-per-s2 0",
     ],
 )
 def test_what_has_a_meaning_or_nobody_set_is_taken(command: str, trained: Path, asked: Ask) -> None:

@@ -426,6 +426,10 @@ def test_periodic_walks_are_compared_where_finite_elements_have_walked(
     assert count("--preset quick") == 0
     assert count("--physics published") == 0
     assert count("--physics published --periodic-count 2") == 2
+    for same in ("--threads 1", "--physics measured", "--full.thread-count 2 --leg measured",
+                 "--executor.process-count 1 --physics.friction 0.55"):  # fmt: skip
+        assert count(same) == 8
+    assert count("--physics.friction 0.56 --threads 1") == 0
 
 
 def test_a_gait_of_ones_own_beside_a_number_of_regulators_is_no_experts() -> None:

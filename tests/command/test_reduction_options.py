@@ -138,6 +138,9 @@ def test_a_largest_pressure_takes_all_pressures_with_it() -> None:
         [{"silicone": "Dragon Skin 20"}, {"largest_pressure_kPa": 40.0}],
     ):
         assert pressures(asked(*layers)) == pytest.approx(expected, rel=1e-9)
+    # Loads and walks go to it, free bends, where gaits end, 5 % further.
+    static = asked({"largest_pressure_kPa": 40.0}).snapshots.static
+    assert (static.load_pressure_kPa, static.bend_pressure_kPa) == pytest.approx((40.0, 42.0))
     own = {"snapshots": {"blocked": {"pressure_kPa": 30.0}, "walk": {"amplitude_kPa": 0.0}}}
     found = asked({"largest_pressure_kPa": 40.0, **own})
     assert pressures(found)[2:4] == (30.0, 0.0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from helpers.two_chambers import two_chamber_mesh
 
+from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.paper_robot import paper_robot, ring_of_sites
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
@@ -18,6 +20,7 @@ from pneumorph.fabrication.robot_to_make import (
     LegToMake,
     RobotToMake,
     _check_chambers,
+    _ignored_of_hub,
     described_robot_to_make,
     paper_robot_to_make,
 )
@@ -58,6 +61,45 @@ def test_sizes_beside_a_robots_file_are_refused() -> None:
         described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), longer)
     walls = FabricationSettings(hub=HubSettings(wall_mm=3.0))
     described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), walls)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("material", "PETG"),
+        ("rib_mm", 2.0),
+        ("ribs_per_site", 4),
+        ("rib_spread_mm", 10.0),
+        ("well_radius_mm", 10.0),
+        ("density_g_per_ml", 1.5),
+    ],
+)
+def test_what_says_nothing_of_a_files_hub_is_refused_beside_it(name: str, value: Any) -> None:
+    """Ribs and the well are the paper's hub's, and the plate's file has a density."""
+    robot = RobotDescription.read(PLATE)
+    settings = FabricationSettings(hub=replace(HubSettings(), **{name: value}))
+    with pytest.raises(ValueError, match=rf"hub\.{name} is given beside a robot's file, .*ignored"):
+        described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), settings)
+
+
+def test_settings_of_a_files_hub_that_have_a_meaning_are_taken(tmp_path: Path) -> None:
+    """The density where the file has the mass alone, and ribs that another limit forces."""
+    weighed = tmp_path / "weighed.toml"
+    weighed.write_text(PLATE.read_text().replace("density_g_per_ml", "mass_kg", 1))
+    robot = RobotDescription.read(weighed)
+    assert robot.hub.density_g_per_ml is None
+    heavy = FabricationSettings(hub=HubSettings(density_g_per_ml=1.5))
+    made = described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), heavy)
+    assert made.hub.density_g_per_ml == 1.5
+    coarse = FabricationSettings(hub=HubSettings(wall_mm=1.2, rib_mm=1.2, smallest_wall_mm=1.2))
+    described_robot_to_make("1.0.2.2.0.1", robot, robot.spec(), coarse)
+
+
+def test_nothing_of_sockets_says_anything_of_a_hub_that_is_a_mesh() -> None:
+    """Its density does where the file has the mass alone."""
+    hub = HubDescription(shape="mesh", mesh=Path("hub.npz"), mass_kg=0.1)
+    ignored = set(_ignored_of_hub(hub, HubSettings()))
+    assert ignored == {each.name for each in fields(HubSettings)} - {"density_g_per_ml"}
 
 
 def test_one_regulator_of_a_leg_of_two_chambers_has_a_tube_to_each() -> None:

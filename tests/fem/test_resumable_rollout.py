@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_robot
+from helpers.two_chambers import two_chamber_leg
 
 import pneumorph.fem.resumable_rollout as resumable
 from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.resumable_rollout import (
     _identity,
     _unusual_hub_friction,
@@ -265,6 +267,17 @@ def test_another_robot_does_not_go_on_from_the_checkpoint(tmp_path):
     robots = (usual, lumped, heavy, wavy, flat, tracked, soft)
     assert len({_identity(robot, COMMANDS, 2, 2) for robot in robots}) == len(robots)
     assert _identity(small_robot(), COMMANDS, 2, 2) == _identity(usual, COMMANDS, 2, 2)
+
+
+def test_a_robot_with_one_of_its_chambers_does_not_go_on_from_the_checkpoint():
+    """The mesh has them all, whatever is inflated."""
+    both = two_chamber_leg()
+    legs = [
+        PartModel(both.mesh, both.material, both.mass_kg, both.membranes, (name,))
+        for name in ("cavity_left", "cavity_right")
+    ]
+    identities = {_identity(small_robot(leg=leg), COMMANDS, 2, 2) for leg in legs}
+    assert len(identities) == 2
 
 
 def on_surface(name, bottom):

@@ -11,8 +11,12 @@ import pytest
 from helpers.box_mesh import box_mesh
 from helpers.two_chambers import two_chamber_mesh
 
+from pneumorph.catalogue.leg_kinds import paper_leg_mesh
+from pneumorph.fem.material import Material, Membrane
+from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.corner_order import EVEN_ORDERS
 from pneumorph.geometry.mesh import Mesh
-from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.mesh_checks import check_elements, check_mesh
 from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.mirror_image import mirror_notes, with_mirror_nodes
 from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise
@@ -67,6 +71,70 @@ def test_a_file_that_is_its_own_mirror_image_has_images_of_its_nodes_and_points(
     skin = mesh.nodes[np.unique(mesh.surfaces["skin"])]
     alone = skin[spread_points(skin, SPACING_MM, flat=True)] + 0.0
     assert set(map(tuple, alone.tolist())) != set(map(tuple, (alone * FLIP + 0.0).tolist()))
+
+
+def _scrambled(mesh: Mesh) -> Mesh:
+    """With corners in any order that keeps elements and triangles as they are oriented."""
+    rng = np.random.default_rng(2)
+    drawn = EVEN_ORDERS[rng.integers(0, 12, len(mesh.tetrahedra))]
+    surfaces = {}
+    for name, cells in mesh.surfaces.items():
+        turn = (np.arange(3) + rng.integers(0, 3, (len(cells), 1))) % 3
+        surfaces[name] = np.take_along_axis(cells, turn, axis=1)
+    tetrahedra = np.take_along_axis(mesh.tetrahedra, drawn, axis=1)
+    return replace(mesh, tetrahedra=tetrahedra, surfaces=surfaces, mirror_nodes=None)
+
+
+def _across_the_plane() -> Mesh:
+    """Two pairs of elements and between them one that is its own image, on a triangle that is."""
+    nodes = np.array(
+        [[0.0, 0.0, 0.0], [9.0, 0.0, 10.0], [5.0, 6.0, 1.0], [5.0, -6.0, 1.0], [4.0, 9.0, 12.0],
+         [4.0, -9.0, 12.0]]
+    )  # fmt: skip
+    tetrahedra = np.array([[0, 1, 3, 2], [0, 1, 2, 4], [0, 3, 1, 5]])
+    return Mesh(nodes, tetrahedra, {"sheet": np.array([[2, 0, 3]]), "skin": np.array([[0, 2, 3]])})
+
+
+@pytest.mark.parametrize("mesh", [BARE, _across_the_plane()], ids=["two chambers", "across"])
+def test_edge_based_rotations_see_left_and_right_as_images_whatever_order_a_file_has(
+    mesh: Mesh,
+) -> None:
+    """Forces of a mirrored state are mirrored forces, but for rounding: sums of some hundred terms
+    of the size of the largest, each to 1e-16."""
+    there = _scrambled(mesh)
+    found = with_mirror_nodes(there)
+    assert found.mirror_nodes is not None
+    check_elements(found)
+    for name, cells in mesh.surfaces.items():
+        now = found.surfaces[name]
+        assert {_oriented(each) for each in now} == {_oriented(each) for each in cells}, name
+    part = PartModel(
+        found, Material(300.0, 0.3), 0.01, (Membrane("sheet", Material(3000.0, 0.4), 0.2),)
+    )
+    x = found.nodes
+    along = x[:, 0] / np.ptp(x[:, 0])
+    moved = np.stack([-3.0 * along**2, 4.0 * along**2, -6.0 * along**2 + x[:, 1] * along], axis=1)
+    images = found.mirror_nodes
+    for rotation in ("edge", "polar"):
+        force = part.internal_force(x + moved, rotation)
+        mirrored = part.internal_force(x + moved[images] * FLIP, rotation)
+        atol = 1e-11 * np.abs(force).max()
+        np.testing.assert_allclose(mirrored, force[images] * FLIP, rtol=0.0, atol=atol)
+
+
+def _oriented(cell: np.ndarray) -> tuple[int, ...]:
+    """A triangle from its lowest node on."""
+    return tuple(np.roll(cell, -int(np.argmin(cell))).tolist())
+
+
+def test_corners_that_are_in_the_order_of_images_stay_and_with_them_digests() -> None:
+    """Such as of half a mesh and its image, as the package makes them and files may have them."""
+    mesh = paper_leg_mesh()
+    assert with_mirror_nodes(replace(mesh, mirror_nodes=None)).digest() == mesh.digest()
+    found = with_mirror_nodes(BARE)
+    np.testing.assert_array_equal(found.tetrahedra, BARE.tetrahedra)
+    np.testing.assert_array_equal(found.surfaces["skin"], BARE.surfaces["skin"])
+    assert with_mirror_nodes(replace(found, mirror_nodes=None)).digest() == found.digest()
 
 
 def _one_sided(mesh: Mesh, name: str) -> Mesh:

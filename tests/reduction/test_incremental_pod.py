@@ -200,6 +200,17 @@ def test_what_is_rounding_is_measured_by_the_largest_value(scale: float) -> None
     assert values[2] == 0.0
 
 
+def test_leading_fields_of_both_parities_leave_no_more_than_they_say() -> None:
+    """Each t^2 of the square of snapshots and their images, so both up to 2 t^2 of it."""
+    mirror, tolerance = PART.mesh.mirror_nodes, 0.05
+    snapshots = wandering_snapshots(20)
+    images = snapshots[:, mirror] * [1.0, -1.0, 1.0]
+    gathered = in_blocks(snapshots, 1e-9, 20, mirror)
+    rows = np.concatenate(list(leading_fields([gathered], METRIC, tolerance).values()))
+    error = projection_error(np.concatenate([snapshots, images]), rows)
+    assert error <= 2.0**0.5 * tolerance * (1.0 + 1e-6)
+
+
 def test_nothing_but_all_fields_holds_all_of_several_snapshots() -> None:
     few = in_blocks(wandering_snapshots(4, seed=1), 1e-9, 4)
     assert sum(len(fields) for fields in leading_fields([few], METRIC, 0.0).values()) == 4

@@ -8,15 +8,19 @@ import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 from helpers.synthetic_part import synthetic_mesh, synthetic_part
+from helpers.two_chambers import two_chamber_leg
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.material import Material, Membrane
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.fem.time_integration import StepError
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction import walk_snapshots as walk_snapshots_file
@@ -120,6 +124,28 @@ def test_files_of_other_materials_are_made_again_and_unknown_settings_are_defaul
     bend = (tmp_path / "bend.npz").stat().st_mtime_ns
     collect_snapshots(heavier, hub, poses, WITHOUT_WALKS, tmp_path)
     assert (tmp_path / "bend.npz").stat().st_mtime_ns != bend
+
+
+def test_files_of_some_of_the_cavities_are_not_taken_for_those_of_all(tmp_path):
+    """Nor the other way round; one of all says nothing of it, like those of earlier versions."""
+    both, (hub, _) = two_chamber_leg(), robot_around_a_box()
+    left = PartModel(both.mesh, both.material, both.mass_kg, both.membranes, ("cavity_left",))
+    static = StaticSnapshotSettings(bend_pressure_kPa=2.0, bend_count=1, load_count=0)
+    settings = dataclasses.replace(WITHOUT_WALKS, static=static)
+    assert "cavities" not in ingredients(both)
+
+    def bends(part):
+        files = collect_snapshots(part, hub, [], settings, tmp_path)
+        return files.sources, files.states(np.arange(1))[0]
+
+    sources, alone = bends(left)
+    assert sources == ["bend"]
+    every, together = bends(both)
+    assert every == ["bend", "bend of cavity_left", "bend of cavity_right"]
+    assert np.abs(together - alone).max() > 0.1 * np.abs(alone).max()
+    again, as_before = bends(left)
+    assert again == sources
+    np.testing.assert_array_equal(as_before, alone)
 
 
 def test_the_time_of_missing_walks_is_told_before_they_begin(tmp_path):
@@ -347,6 +373,43 @@ def test_a_robot_of_the_published_protocol_on_a_small_part(tmp_path):
     stiffness = part.stiffness(part.rest_nodes)
     squares = [np.einsum("sj,js->", each, stiffness @ each.T) for each in (left, flat)]
     assert squares[0] <= (1e-3) ** 2 * squares[1] * 1.01  # single precision
+
+
+def test_a_walk_that_fails_while_it_settles_is_told_as_diverged(tmp_path, monkeypatch):
+    """And does not walk on from where it failed."""
+    made, step = [], FullRobot.step
+
+    def failing(robot, state, command):
+        made.append(command)
+        if len(made) == 2:
+            raise StepError("no balance")
+        return step(robot, state, command)
+
+    monkeypatch.setattr(FullRobot, "step", failing)
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    walk = dataclasses.replace(SETTINGS.walk, record_every=1)
+    walked = walk_snapshots(part, hub, poses, walk, 0)
+    assert walked.metadata["details"]["status"] == "diverged"
+    assert walked.metadata["details"]["steps"] == 1
+    assert len(walked) == 2  # legs after the one step
+    assert len(made) == 2
+    kept = SnapshotFiles([walked.save(tmp_path / "walk_0.npz")])
+    sound, told = sound_files(kept)
+    assert sound == []
+    assert "(diverged)" in told[0]
+
+
+def test_walks_that_could_not_be_kept_or_held_are_refused_before_any_work(tmp_path):
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    with pytest.raises(ValueError, match=r"compression must be at least 0 and below 1, got 1\.5"):
+        dataclasses.replace(SETTINGS.walk, compression=1.5)
+    short = dataclasses.replace(SETTINGS.walk, hold_s=0.004)
+    asked = dataclasses.replace(SETTINGS, walk=short)
+    with pytest.raises(ValueError, match=r"walk\.hold_s is 0\.004 s, .* time step of 0\.01 s"):
+        collect_snapshots(part, hub, poses, asked, tmp_path)
+    assert not any(tmp_path.iterdir())
+    # Of finer steps there is one that it is held for.
+    assert walk_plan(short, 0, 3).commands_kPa(short, 0.004).shape == (2, 2)
 
 
 def test_more_legs_than_places_are_refused():

@@ -15,7 +15,7 @@ from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.physics_words import physics_of_walks
-from pneumorph.report.scene import Actor, paper_shape
+from pneumorph.report.scene import Actor, full_pressure_kPa, paper_shape
 from pneumorph.robot.design import Design
 
 SMALL = FilmSettings(width=240, frames_per_second=5)
@@ -122,6 +122,23 @@ def test_legs_can_be_coloured_by_pressure(make_trajectory) -> None:
     np.testing.assert_allclose(full, [0.996, 0.909, 0.218], atol=0.01)
 
 
+def test_colours_are_full_at_the_highest_pressure_of_all_that_are_shown(make_trajectory) -> None:
+    """At 90 kPa or more, whichever robot reaches it."""
+    usual = make_trajectory()
+    high = replace(usual, regulated_kPa=usual.regulated_kPa * (120.0 / 90.0))
+    a, b = Actor.of(usual, "a"), Actor.of(high, "b")
+    assert [full_pressure_kPa(each) for each in ([a], [a, b])] == [90.0, 120.0]
+    low = Actor.of(replace(usual, regulated_kPa=0.5 * usual.regulated_kPa), "c")
+    assert full_pressure_kPa([low]) == 90.0
+    for by in ("regulator", "pressure"):
+        # At the peaks, and at 90 of 120 kPa.
+        np.testing.assert_array_equal(b.colours(10, by), a.colours(10, by))
+        assert (a.colours(10, by, 120.0)[0] != a.colours(10, by)[0]).any()
+    alone = FramePainter([a], SMALL, captions=False).paint(1.0)
+    beside = FramePainter([a], SMALL, captions=False, full_kPa=120.0).paint(1.0)
+    assert (np.asarray(alone) != np.asarray(beside)).any()
+
+
 def test_a_film_names_the_physics_once(make_trajectory) -> None:
     """Below the clock; trajectories of earlier versions do not know theirs."""
     measured = {"settings": settings_to_dict(leg_kind("measured").physics) | {"threads": 2}}
@@ -141,6 +158,29 @@ def test_gif(make_trajectory, tmp_path: Path) -> None:
     actors = [Actor.of(make_trajectory(), "a")]
     with Image.open(write_film(tmp_path / "f.gif", actors, SMALL)) as film:
         assert film.n_frames == 11
+
+
+@pytest.mark.parametrize("per_second", [15, 30, 50])
+def test_a_gif_lasts_as_long_as_its_frames(
+    make_trajectory, tmp_path: Path, per_second: int
+) -> None:
+    """Its frames last whole hundredths of a second, which are cut down neither alone nor in sum."""
+    trajectory = make_trajectory()
+    short = replace(trajectory, time_s=0.5 * trajectory.time_s)
+    settings = FilmSettings(width=160, frames_per_second=per_second)
+    with Image.open(write_film(tmp_path / "f.gif", [Actor.of(short, "a")], settings)) as film:
+        lasting_ms = 0
+        for number in range(film.n_frames):
+            film.seek(number)
+            lasting_ms += film.info["duration"]
+    # Of 1 s, both ends; the sum is rounded once, to 10 ms.
+    assert abs(lasting_ms - 1e3 * (per_second + 1) / per_second) <= 5.0
+
+
+def test_a_gif_of_more_frames_than_viewers_show_is_refused(make_trajectory, tmp_path: Path) -> None:
+    settings = replace(SMALL, frames_per_second=60)
+    with pytest.raises(ValueError, match=r"has 60 frames per second, expected at most 50 of a GIF"):
+        write_film(tmp_path / "f.gif", [Actor.of(make_trajectory(), "a")], settings)
 
 
 def test_a_trajectory_of_the_skin_alone_gives_the_same_picture(make_trajectory) -> None:

@@ -17,8 +17,10 @@ from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
 from pneumorph.report import page
 from pneumorph.report.frames_figure import frames_figure
-from pneumorph.report.run_page import write_run_page
+from pneumorph.report.run_page import _picture_sections, write_run_page
 from pneumorph.report.scene import Actor
+from pneumorph.report.sheet import Sheet
+from pneumorph.report.walk_sections import replay_section
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_trajectories import recorded_trajectories
 from pneumorph.study.simulated_walk import SimulatedWalk
@@ -101,6 +103,26 @@ def test_a_robot_that_walked_has_its_distance_in_the_figures_of_a_page(
     for status, said in (("running", "+12.9 cm"), ("diverged", "diverged"), ("fell", "fell")):
         walk = replace(make_trajectory(speed_mm_per_s=64.5), status=status)
         assert Actor.of(walk, "a").travelled(20) == said
+
+
+@pytest.mark.parametrize("highest_kPa", [60, 90, 120])
+def test_a_replays_caption_says_at_which_pressure_colours_are_full(
+    make_trajectory, tmp_path: Path, highest_kPa: int
+) -> None:
+    """At 90 kPa or the highest of the walks, as in the player, whose frames are fewer."""
+    usual = make_trajectory()
+    walk = replace(usual, regulated_kPa=usual.regulated_kPa * (highest_kPa / 90.0))
+    section = replay_section("", {"a": usual, "b": walk}, Sheet(tmp_path, figure_files=()))
+    assert f"full at {max(90, highest_kPa)} kPa" in section.body
+    assert f'"full_kPa":{float(max(90, highest_kPa))}' in section.body.replace(": ", ":")
+
+
+def test_a_fit_of_the_air_is_once_on_its_page(tmp_path: Path) -> None:
+    """Beside what was fitted, not among the figures that no other section shows."""
+    for name in ("air_fit", "path_fit", "calibration", "own"):
+        (tmp_path / f"{name}.png").write_bytes(b"")
+    (section,) = _picture_sections(FinishedRun(tmp_path, {}, {}))
+    assert section.body.count("<img") == 1
 
 
 def test_a_robot_that_diverged_has_no_distance_on_a_page(make_trajectory, tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.simulation.distribution import Distribution
-from pneumorph.study.analysis import AnalysisSettings, analyse
+from pneumorph.study.analysis import AnalysisSettings, analyse, walk_file
+from pneumorph.study.recorded_trajectories import recorded_trajectories
 
 RUN = Path(__file__).parents[2] / "reproduce" / "paper_scale"
 DRAWN = Distribution.parse("U(0.25, 1.2)")
@@ -55,7 +56,12 @@ def test_an_analysis_says_that_it_does_not_know_the_task_and_walks_in_the_runs_f
     (run / "settings.json").write_text(json.dumps(settings))
     (run / "summary.json").write_text(json.dumps(summary))
     asked = AnalysisSettings(pair_count=1, friction_step=1.0)
-    found = analyse(run, asked, folder=RunFolder(tmp_path / "out", "analyse"))
+    folder = RunFolder(tmp_path / "out", "analyse")
+    for label in ("L1", "L2"):  # of an earlier analysis of more pairs
+        (folder / walk_file(label)).write_bytes(b"earlier")
+    found = analyse(run, asked, folder=folder)
+    (recorded,) = recorded_trajectories(folder.path).values()
+    assert list(recorded) == [each.label for each in found.robots] == ["B", "L1"]
     assert any("Diagonal, the task that was learned" in note for note in found.notes)
     assert found.frictions == (1.0, 1.3)
     assert len(found.robots[0].over_friction) == 2

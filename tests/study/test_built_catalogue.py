@@ -103,6 +103,7 @@ def listed(folder: Path, capsys: pytest.CaptureFixture[str]) -> Catalogue:
     shown = capsys.readouterr().err
     assert "twin" in shown
     assert "not built" in shown
+    assert "loaded up to" in shown  # beside the bend at the highest pressure, which is another
     return FinishedRun.read(folder / "built").result(Catalogue)
 
 

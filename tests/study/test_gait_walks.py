@@ -74,3 +74,8 @@ def test_walks_of_robots_of_other_sites_and_hubs_are_told_apart(spec: RobotSpec)
     assert len(carried) == 3
     assert None not in carried
     assert said(replace(spec, hub=replace(hub, surface="feet")))["hub_surface"] == "feet"
+
+
+def test_a_compression_that_keeps_nothing_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"compression must be at least 0 and below 1, got 1"):
+        GaitWalkSettings(compression=1.0)

@@ -187,6 +187,29 @@ def test_another_gait_and_another_map_of_the_same_name_are_refused(
     assert told["walked"] == []
 
 
+def test_legs_whose_points_lie_on_other_surfaces_are_refused_where_friction_names_them(
+    certify: Certify, told: dict[str, Any], tmp_path: Path
+) -> None:
+    """What moves a leg, all that its digest is of, is the same."""
+    leg = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    count = len(leg.contact_points)
+
+    def on_soles(soles: int) -> Changed:
+        names = np.where(np.arange(count) < soles, "sole", "skin")
+        part = replace(leg, contact_surface=names, contact_area_mm2=np.ones(count))
+        path = part.save(tmp_path / f"leg_{soles}.npz")
+        usual = RobotOptions.of("published", part=path, threads=1).spec()
+        physics = replace(usual.physics, friction_by_surface=(("sole", 0.3),))
+        return lambda candidates, _: (candidates, replace(usual, physics=physics))
+
+    certify(tmp_path / "out", change=on_soles(1))
+    told["walked"].clear()
+    with pytest.raises(ValueError, match=r"other settings \(contact_points\b"):
+        certify(tmp_path / "out", change=on_soles(2))
+    assert told["walked"] == []
+    assert len(certify(tmp_path / "out", change=on_soles(1)).rounds) == 2
+
+
 def test_threads_change_no_leg_and_earlier_versions_said_less(
     certify: Certify, tmp_path: Path
 ) -> None:

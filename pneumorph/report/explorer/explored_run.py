@@ -27,6 +27,9 @@ from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.evaluation import EvaluationSettings, evaluate
 from pneumorph.study.finished_run import FinishedRun
 
+_TRAININGS = ("coopt", "demo")
+"""Verbs that leave a design distribution and a policy."""
+
 
 @dataclass(frozen=True)
 class Explorer:
@@ -58,7 +61,7 @@ def explore(
     Args:
         folder: Where to write.
         run: A coopt run or an evaluation, which gives designs a score; None for designs alone.
-        space: The designs, where no run says which.
+        space: The designs, where no run says which; see `said_space`.
         replays: Run folders whose trajectories are shown as well.
         pair_count: Best pairs of a coopt run to walk for their replays, a second or two each.
         replay: How exact replays are.
@@ -107,17 +110,51 @@ def explore(
     )
 
 
+def said_space(run: FinishedRun) -> DesignSpace | None:
+    """The designs of a training, or of the one that an evaluation looks at; None where the run does
+    not say them: that training is gone, and the robot is of no file.
+
+    Raises:
+        ArtefactError: It is damaged.
+        FileNotFoundError: The training and the robot's file are gone.
+    """
+    if run.verb in _TRAININGS:
+        return run.space
+    if run.verb != "evaluate":
+        return None
+    if run.source is not None:
+        return run.source.space
+    return None if run.robot.description is None else run.robot.description.space
+
+
 def _scored(run: FinishedRun | None, space: DesignSpace) -> tuple[ScoredDesigns, str, str]:
     """The designs, the page's title, and flags of the command that walks a design."""
     if run is None:
         return unscored(space), f"{len(space)} designs", ""
-    if run.verb in ("coopt", "demo"):
-        policy = shlex.quote(str(run.folder / "training" / "policy.npz"))
+    if run.verb in _TRAININGS:
         scored = scored_by_training(run)
-        return scored, f"{len(scored.space)} designs of {run.folder}", f"--gait {policy} "
+        return scored, f"{len(scored.space)} designs of {run.folder}", _flags(run, run)
     if run.verb != "evaluate":
         raise ValueError(
             f"{run.folder} holds a run of `pneumorph {run.verb}`, expected one of coopt, demo or "
             "evaluate, which give designs a score"
         )
-    return scored_by_evaluation(run, space), f"Designs of {run.folder}", ""
+    scored = scored_by_evaluation(run, said_space(run) or space)
+    return scored, f"Designs of {run.folder}", _flags(run, run.source)
+
+
+def _flags(run: FinishedRun, training: FinishedRun | None) -> str:
+    """Flags of the command that walks a design: the gait of a training's policy, which brings its
+    robot, and the run's robot where that is another."""
+    flags, robot, brought = "", run.robot, RobotOptions()
+    if training is not None and training.verb in _TRAININGS:
+        policy = shlex.quote(str(training.folder / "training" / "policy.npz"))
+        flags, brought = f"--gait {policy} ", training.robot
+    if robot.described is not None:
+        same = robot.described == brought.described
+        return flags if same else f"{flags}--robot {shlex.quote(str(robot.described))} "
+    if robot.physics_name != brought.physics_name:
+        flags += f"--physics {robot.physics_name} "
+    if robot.part is not None and robot.part != brought.part:
+        flags += f"--part {shlex.quote(str(robot.part))} "
+    return flags

@@ -47,14 +47,28 @@ const pneumorphExplorer = (() => {
     });
   }
 
-  // A whole name is looked up whatever its regulators are called; a part is looked for as written.
+  // A design whose legs are moved: of a move that mirrors, cavities change order as well.
+  function moved(name, [to, reflected]) {
+    const image = [];
+    name.split(".").forEach((entry, location) => {
+      const [, kind, regulators] = entry.match(/^([a-z]?)(.*)$/);
+      image[to[location]] = kind + (reflected ? regulators.split("+").reverse().join("+") : regulators);
+    });
+    return data.canonical ? canonical(image.join(".")) : image.join(".");
+  }
+
+  // All designs that count as one with a design, itself first.
+  const counted = (name) => data.moves.map((move) => moved(name, move));
+
+  // A whole name is looked up whatever its regulators are called and whichever of the designs that count
+  // as one it is; a part is looked for as written.
   function searched(text) {
     const wanted = text.trim();
     const parts = wanted.split(".");
     const whole = parts.length === data.locations && parts.every((part) => /^[a-z]?\d+(\+\d+)*$/.test(part));
     if (!whole) return (design) => design.name.includes(wanted);
-    const name = data.canonical ? canonical(wanted) : wanted;
-    return (design) => design.name === name;
+    const names = new Set(counted(wanted));
+    return (design) => names.has(design.name);
   }
 
   function filters() {
@@ -181,11 +195,16 @@ const pneumorphExplorer = (() => {
     return row;
   }
 
+  function mirrorImage({ name }) {
+    const image = moved(name, data.mirror);
+    if (image === name) return "itself";
+    return counted(name).includes(image) ? `${image}, which counts as one with it` : image;
+  }
+
   function facts(design) {
-    const twin = designs[data.mirrors[design.index]].name;
     const lines = [
       ["legs", design.legs], ["regulators", design.regulators],
-      ...(data.mirrored ? [["mirror image", design.symmetric ? "itself" : twin]] : []),
+      ...(data.mirror ? [["mirror image", mirrorImage(design)]] : []),
       ["score", design.score === null ? "none" : `${design.score.toFixed(2)}${data.unit}`],
     ];
     if (design.probability !== null) lines.push(["probability", chance(design.probability)]);
@@ -249,7 +268,7 @@ const pneumorphExplorer = (() => {
     if (design) choose(design);
   }
 
-  form.elements.symmetric.closest("label").hidden = !data.mirrored;
+  form.elements.symmetric.closest("label").hidden = !data.mirror;
   for (const [name, values] of [["legs", designs.map((each) => each.legs)],
     ["regulators", designs.map((each) => each.regulators)]]) {
     const boxes = [...new Set(values)].sort((a, b) => a - b).map((value) =>

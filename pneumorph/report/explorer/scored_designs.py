@@ -73,14 +73,6 @@ class ScoredDesigns:
         return [self.space[int(index)] for index in self.indices]
 
     @property
-    def mirrors(self) -> np.ndarray:
-        """Place of each design's mirror image, (design,); its own where that is none of them."""
-        if self.indices is None:
-            return self.space.mirror_index
-        images, _ = self.space.images(self.indices)
-        return np.array([self._places.get(int(image), at) for at, image in enumerate(images)])
-
-    @property
     def is_symmetric(self) -> np.ndarray:
         """Whether a design is its own mirror image but for the names of its regulators, (design,)
         bool; also where it counts as one with an image that is another."""

@@ -20,7 +20,7 @@ from pneumorph.report.floor_slope import slope_deg
 from pneumorph.report.ground_surface import SPACING_MM, plane_height_mm
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
-from pneumorph.report.scene import Actor
+from pneumorph.report.scene import Actor, full_pressure_kPa
 
 FORMAT = "pneumorph replay"
 FORMAT_VERSION = 2
@@ -77,6 +77,7 @@ def replay_data(
     return {
         "format": FORMAT,
         "version": FORMAT_VERSION,
+        "full_kPa": full_pressure_kPa(actors),
         "bases": [
             _basis(basis, actor.legs[leg].triangles)
             for basis, ((actor, leg), *_) in zip(bases, groups, strict=True)

@@ -11,7 +11,7 @@ from pneumorph.base.run_folder import SUMMARY, RunFolder
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import read_trial
-from pneumorph.report.film import FilmSettings, side_by_side, write_film
+from pneumorph.report.film import FilmSettings, refuse_unwritable, side_by_side, write_film
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.page import write_html
 from pneumorph.report.physics_words import physics_of_walks
@@ -60,8 +60,13 @@ def replay_motions(
         spacing_mm: Distance between the robots' lanes [mm].
         films: Kinds of film to make: mp4, gif.
         film: How films look.
+
+    Raises:
+        ValueError: More frames per second than a kind of film has.
     """
     start = time.monotonic()
+    for kind in films:
+        refuse_unwritable(folder / f"film.{kind}", film or FilmSettings())
     labelled, told = _told_apart(motions)
     actors = side_by_side(labelled, spacing_mm)
     folder.progress.stage("writing the replay")

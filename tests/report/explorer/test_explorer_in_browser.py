@@ -203,3 +203,32 @@ def test_a_leg_of_two_regulators_has_a_band_of_each(tmp_path: Path, open_page: O
     corners = page.evaluate(f"{shown}.map((each) => [...each.points].map((p) => [p.x, p.y]))")
     first, second, _ = (np.array(each) for each in corners)
     assert np.linalg.norm(first.mean(axis=0)) < np.linalg.norm(second.mean(axis=0))
+
+
+@pytest.mark.parametrize(("symmetries", "canonical"), [(("mirror",), True), (("1 2 3 0",), True),
+                                                       ((), False)])  # fmt: skip
+def test_mirror_images_are_what_they_are_and_are_found(
+    symmetries: tuple[str, ...], canonical: bool, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """Also where a listed design stands for its image, or for what a turn makes of it."""
+    space = DesignSpace(
+        location_count=4,
+        regulator_count=2,
+        maximum_legs=3,
+        options=("0 * b*+*",) * 4,
+        symmetries=symmetries,
+        canonical=canonical,
+    )
+    page = open_page(write_explorer(tmp_path / "e.html", unscored(space), "Images", "walk", EXACT))
+    rng = np.random.default_rng(0)
+    apart = replace(space, symmetries=())
+    for design in (space[int(index)] for index in rng.integers(len(space), size=25)):
+        page.evaluate(f"pneumorphExplorer.select('{design}')")
+        image, members = apart.form(design.mirror())[0], set(space.members(design))
+        told = "itself" if image == design else str(image)
+        if image != design and image in members:
+            told += ", which counts as one with it"
+        assert page.locator(".details dl dd").nth(2).text_content() == told
+        for member in members:
+            assert show(page, q=str(member)) == [str(design)]
+        assert show(page, q=str(image)) == [str(space.form(image)[0])]

@@ -329,6 +329,18 @@ def test_six_legs_for_20_s_are_small_and_drawn_30_times_a_second(
     assert max(rates) > 30.0
 
 
+def test_colours_are_full_at_the_highest_pressure_also_of_a_frame_that_is_left_out(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    pressures = crawl.regulated_kPa.copy()
+    pressures[6, 0] = 120.0  # at 0.6 s, between two kept frames
+    actors = [Actor.of(replace(crawl, regulated_kPa=pressures), "a")]
+    settings = ReplaySettings(frame_interval_s=0.4)
+    page = open_page(write_replay(tmp_path / "replay.html", actors, settings))
+    page.get_by_label("colour").select_option("pressure")
+    assert "0 to 120 kPa" in page.locator(".pr-legend").inner_text()
+
+
 def test_cameras_and_colours_change_the_picture(replay_file: Path, open_page: OpenPage) -> None:
     page = open_page(replay_file)
     page.evaluate(f"{PLAYER}.seek(1.5)")

@@ -44,6 +44,7 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
       }
       this.element = element;
       this.live = Boolean(options.live);
+      this.fullPressure = data.full_kPa || 90; // of all frames, also those that were left out
       this.told = options.told ? ` · ${options.told}` : "";
       this.time = 0;
       this.playing = this.live;
@@ -68,7 +69,7 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
     }
 
     openStage() {
-      let full = 90;
+      let full = this.fullPressure;
       for (const motion of this.motions) {
         for (const frame of motion.parts.regulated) full = Math.max(full, ...frame);
       }
