@@ -12,7 +12,6 @@ It compares simulated with built masses, and where they differ by more than a te
 the flag that makes them agree. --check-hub computes how far the hub gives way.
 
 All is checked: watertight surfaces, no undercut, no wall too thin, the mesh's volume within 0.5 %.
-
 Writes mould_upper, mould_lower, core, hub and leg (.step, .stl), parts.csv, tubes.csv, drawing.pdf.
 
 Example: pneumorph fabricate 1.0.0.2.2.0.0.1 --out runs/robot
