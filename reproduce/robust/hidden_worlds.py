@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,6 +17,8 @@ from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_identity import reduction_digest
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.virtual_rig import VirtualRigSettings, draw_reality
@@ -103,6 +106,7 @@ def covered(
     count: int,
     work: Path,
     model: Model = "reduced",
+    kept: Path | None = None,
 ) -> Coverage:
     """Run a gait once in each of so many hidden worlds; distances that are there are read.
 
@@ -112,8 +116,9 @@ def covered(
         worlds: What hidden worlds are drawn from.
         band: What a certificate expects.
         count: Hidden worlds.
-        work: Keeps a file for each.
+        work: Of the runs.
         model: Of the robots behind the rig.
+        kept: Keeps a file for each; None for where the runs are.
     """
 
     spec = robot.spec()
@@ -130,9 +135,9 @@ def covered(
         return {"distance_cm": distance_cm, "failed": why}
 
     far = []
-    known = {"gait": _digest(gait), "rig": _digest(RIG), "part": reduction_digest(spec)}
+    known = {"gait": _digest(gait), "rig": _digest(RIG), "part": _leg_digest(spec, model)}
     for seed in range(FIRST_SEED, FIRST_SEED + count):
-        file, rig = work / f"{model}_{seed}.json", hidden_rig(worlds, seed)
+        file, rig = (kept or work) / f"{model}_{seed}.json", hidden_rig(worlds, seed)
         made_of = {**known, "settings": settings_to_dict(rig)}
         far.append(made_once(file, partial(walked, seed, rig), **made_of)["distance_cm"])
         said = "failed" if far[-1] is None else f"{far[-1]:.2f} cm"
@@ -155,6 +160,15 @@ def lagging_gait(gait: Path, lag_s: float, time_step_s: float, file: Path) -> Pa
     renewed = np.append(0, np.flatnonzero((lagging[1:] != lagging[:-1]).any(axis=1)) + 1)
     start_s = time_step_s * renewed
     return write_gait(file, replace(held, start_s=start_s, held_kPa=lagging[renewed]), remarks)
+
+
+def _leg_digest(spec: RobotSpec, model: Model) -> str:
+    """Hash of what a hidden robot's leg is: as finite elements it knows of no reduction."""
+    if model == "reduced":
+        return reduction_digest(spec)
+    leg = spec.module.full
+    made_of = json.dumps([leg.mesh.digest(), ingredients(leg)], default=str)
+    return hashlib.sha256(made_of.encode()).hexdigest()
 
 
 def _digest(file: Path) -> str:
