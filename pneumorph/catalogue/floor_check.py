@@ -4,10 +4,12 @@ so high above it that it would fall first."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from pneumorph.physics.floor import HeightField
+from pneumorph.physics.ground import RoughGround
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 
@@ -21,7 +23,8 @@ far below: that is another unit."""
 def check_payload_above_floor(
     place_mm: np.ndarray, physics: Physics, points: np.ndarray | None = None
 ) -> None:
-    """Refuse a payload that lies below the floor.
+    """Refuse a payload that lies below the floor, whatever is rough on it: that may be drawn, and a
+    payload touches nothing.
 
     Args:
         place_mm: Where it lies in the robot's frame [mm], (3,).
@@ -34,15 +37,16 @@ def check_payload_above_floor(
         FileNotFoundError: There is no such map of the ground.
         ValueError: It lies more than 1 mm below, or as of `Physics.floor`.
     """
-    start = physics.start
-    if not start.is_upright or (points is None and not physics.ground.is_plane):
+    start, ground = physics.start, replace(physics.ground, rough=RoughGround())
+    physics = replace(physics, ground=ground)
+    if not start.is_upright or (points is None and not ground.is_plane):
         return
     height, floor_mm = float(place_mm[2]) + start.lift_mm, physics.floor_height_mm
-    if points is not None and not physics.ground.is_plane:
+    if points is not None and not ground.is_plane:
         floor = physics.floor(points)
         assert isinstance(floor, HeightField)
         x, y, _ = physics.start_pose(points).apply(place_mm[None]).T
-        floor_mm = floor.base_mm + float(physics.ground.grid().height(x, y)[0])
+        floor_mm = floor.base_mm + float(ground.grid().height(x, y)[0])
     if floor_mm - height > _DEEPEST_MM:
         raise ValueError(
             f"payload_mm of [hub] is at a height of {height:.4g} mm at rest and the floor at "

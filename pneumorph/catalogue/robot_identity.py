@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Collection, Iterable
+from functools import cache
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -13,6 +14,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.leg_kinds import LegName, load_default_leg, masses_of, pressure_map
 from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.surfaces import HUB_SURFACE
@@ -99,15 +101,15 @@ def mounting_identity(
         model: As what.
     """
     worlds = list(worlds)
-    rolled = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
+    told = {"rolled": "down"} if tilts_rolled_legs(spec, worlds) else {}
     rough = any(world.ground_roughness_mm > 0.0 for world in worlds)
     drawn_deg = max([0.0, *(world.mounting_angle_deg for world in worlds)])
     drooping = _drooping_identity(spec, drawn_deg, model)
     if model == "reduced":  # a whole model's mesh says it
         named = {name for world in worlds for name, _ in world.friction_by_surface}
         files = {world.reduction for world in worlds if world.reduction}
-        rolled |= _touching_identity(spec, named, files)
-    return rolled | drooping | _outwards_identity(spec) | lifted_identity(spec, rough)
+        told |= _touching_identity(spec, named, files)
+    return told | drooping | _outwards_identity(spec) | lifted_identity(spec, rough)
 
 
 def tilts_rolled_legs(spec: RobotSpec, worlds: Iterable[World]) -> bool:
@@ -168,9 +170,20 @@ def _touching(leg: ReducedPart, named: Collection[str], pressed: bool) -> list[A
 
 def _shipped(leg: ReducedPart, named: Collection[str], pressed: bool) -> list[list[Any]]:
     """What is usual of a leg: as of those that ship with as many points, or else nothing."""
-    kinds = [load_default_leg(name) for name in get_args(LegName)]
-    alike = [kind for kind in kinds if len(kind.contact_points) == len(leg.contact_points)]
-    return [_touching(kind, named, pressed) for kind in alike] or [[[], []]]
+    for legs in (_paper_legs, _catalogue_legs):
+        alike = [each for each in legs() if len(each.contact_points) == len(leg.contact_points)]
+        if alike:
+            return [_touching(each, named, pressed) for each in alike]
+    return [[[], []]]
+
+
+def _paper_legs() -> list[ReducedPart]:
+    return [load_default_leg(name) for name in get_args(LegName)]
+
+
+@cache
+def _catalogue_legs() -> list[ReducedPart]:
+    return [ReducedPart.load(file) for file in sorted(data_folder("catalogue").glob("*/leg.npz"))]
 
 
 def _drooping_identity(

@@ -46,11 +46,13 @@ class CompareOptions:
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
-        """No periodic walks of a robot whose finite elements have walked none, but if asked for."""
+        """No periodic walks where another robot is asked for, whose finite elements have walked
+        none, but if these are asked for with it or later."""
         if below["comparison"]["periodic_count"] != _SHIPPED_PERIODIC:
             return {}
         robot = laid_over(below["robot"], content.get("robot", {}))
-        return {} if is_usual_robot(robot) else {"comparison": {"periodic_count": 0}}
+        changed = is_usual_robot(below["robot"]) and not is_usual_robot(robot)
+        return {"comparison": {"periodic_count": 0}} if changed else {}
 
 
 def run(options: CompareOptions, folder: RunFolder) -> Comparison:

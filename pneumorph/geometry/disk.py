@@ -68,7 +68,13 @@ def mesh_disk(shape: DiskShape | None = None, settings: MesherSettings | None = 
     bottom, top, high = shape.bottom_radius_mm, shape.top_radius_mm, shape.height_mm
     reach = 2.0 * max(bottom, top)
     with meshing("disk"):
-        cone = occ.Cone(axis, bottom, top, high, 2.0 * np.pi)  # the last is the angle
+        # A cone of equal radii is none to the modeller; the last number is the angle.
+        equal = abs(top - bottom) < 1e-6 * high
+        cone = (
+            occ.Cylinder(axis, bottom, high)
+            if equal
+            else occ.Cone(axis, bottom, top, high, 2.0 * np.pi)
+        )
         half_space = box(
             (-reach, 0.0, shape.bottom_mm - reach), (2.0 * reach, reach, high + 2.0 * reach)
         )

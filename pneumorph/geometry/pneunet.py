@@ -151,6 +151,8 @@ class PneuNetShape(Checked):
                 0.5 * (self.tooth_base_mm[1] - width),
             "at the connector's ends (tooth_base_mm, connector_mm)":
                 0.5 * (self.tooth_base_mm[0] - self.connector_mm[0]),
+            "above the connector (tooth_base_mm, connector_mm)":
+                self.tooth_base_mm[2] - self.connector_mm[2],
             "below the cavity (base_plate_mm)": self.base_plate_mm[2],
         }  # fmt: skip
         for where, thickness in walls.items():
@@ -158,6 +160,15 @@ class PneuNetShape(Checked):
                 raise ValueError(
                     f"the wall {where} is {thickness:.3g} mm thick, expected at least "
                     f"{_LEAST_WALL_MM:g} mm: sizes are in mm"
+                )
+        thin_mm = {"tooth_gap_mm": self.tooth_gap_mm}
+        if self.middle_wall_mm > 0.0:
+            thin_mm["middle_wall_mm"] = self.middle_wall_mm
+        for name, size in thin_mm.items():
+            if size < _LEAST_WALL_MM:
+                raise ValueError(
+                    f"{name} is {size:.3g}, expected at least {_LEAST_WALL_MM:g} mm: sizes are in "
+                    "mm"
                 )
         if 0.5 * (narrow - self.middle_wall_mm) < _LEAST_WALL_MM:
             raise ValueError(

@@ -107,7 +107,7 @@ class ReplayBuffer:
         self.added_count += count
 
     @property
-    def rewards_before_more(self) -> np.ndarray:
+    def rewards_of_going_on(self) -> np.ndarray:
         """Rewards [cm] of the transitions that did not end an episode for good, (n,)."""
         known = slice(self.earlier_count + len(self))
         rewards: np.ndarray = self._arrays["reward"][known][self._arrays["terminal"][known] == 0.0]

@@ -275,7 +275,7 @@ class Training:
         if told.failed.any():
             rewards = [each.reward[~told.failed] for each in stored]
             reward_cm = failing_reward_cm(
-                np.concatenate([learned.buffer.rewards_before_more, *rewards]),
+                np.concatenate([learned.buffer.rewards_of_going_on, *rewards]),
                 self.settings.sac.discount,
                 self.settings.task.action_count,
             )

@@ -54,11 +54,11 @@ class Transitions:
 
         Args:
             failed: Which did, (robot,) bool.
-            reward_cm: What they get [cm].
+            reward_cm: What they get [cm], unless their task gives less for a failure.
         """
         return replace(
             self,
-            reward=np.where(failed, reward_cm, self.reward),
+            reward=np.where(failed, np.minimum(reward_cm, self.reward), self.reward),
             terminal=self.terminal | failed,
         )
 

@@ -199,10 +199,8 @@ class Randomisation(Checked):
         """
         numbers = [world.numbers for world in worlds]
         # A world that drew a roughness of 0 leaves it out.
-        found = {
-            name: np.array([each.get(name, 0.0) for each in numbers])
-            for name in max(numbers, key=len)
-        }
+        filled = [{"ground_roughness_mm": 0.0, **each} for each in numbers]
+        found = {name: np.array([each[name] for each in filled]) for name in max(numbers, key=len)}
         if self.reductions:
             files = ["", *map(str, self.reductions)]
             found["reduction"] = np.array([float(files.index(each.reduction)) for each in worlds])

@@ -229,34 +229,41 @@ def digest_of_part(file: str) -> str:
 
 
 def part_of_file(file: str) -> ReducedPart:
-    """A reduction that worlds may have, read once.
+    """A reduction that worlds may have, read again where its file was written since: what tells
+    runs apart asks for it as they begin, and all that they draw is of what was read then.
 
     Raises:
         FileNotFoundError: No such file.
     """
-    return _part_of(file, _written_ns(file))
+    known = _written_ns.get(file)
+    if known is not None and known != _last_written_ns(file):
+        _part_of.cache_clear()
+        _changed.cache_clear()
+    return _part_of(file)
 
 
 def _alike(file: str, own: ReducedPart) -> ReducedPart:
     """The reduction of a file as the robot's own leg is."""
-    limit, written_ns = own.metadata.get(MODE_LIMIT), _written_ns(file)
-    factors = factors_between(_part_of(file, written_ns), own)
-    return _changed(file, written_ns, limit, *factors)
+    return _changed(file, own.metadata.get(MODE_LIMIT), *factors_between(_part_of(file), own))
 
 
-def _written_ns(file: str) -> int:
-    """When a file was last written [ns], which tells it from what was there before; 0 without one,
-    which loading it tells."""
+_written_ns: dict[str, int] = {}
+"""When each file had been written that was read [ns]."""
+
+
+def _last_written_ns(file: str) -> int:
+    """When a file was written last [ns]; 0 without one, which loading it tells."""
     return Path(file).stat().st_mtime_ns if Path(file).exists() else 0
 
 
 @cache
-def _changed(file: str, written_ns: int, mode_limit: int | None, *factors: float) -> ReducedPart:
-    part = _part_of(file, written_ns)
+def _changed(file: str, mode_limit: int | None, *factors: float) -> ReducedPart:
+    part = _part_of(file)
     part = part if mode_limit is None else with_fewer_modes(part, mode_limit)
     return with_factors(part, *factors)
 
 
 @cache
-def _part_of(file: str, written_ns: int) -> ReducedPart:
+def _part_of(file: str) -> ReducedPart:
+    _written_ns[file] = _last_written_ns(file)
     return ReducedPart.load(file)

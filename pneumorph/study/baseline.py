@@ -58,7 +58,7 @@ class BestPhase:
         """What to tell of the expert's robot: that it left its legs' snapshots, or toppled, and
         that phases which were not tried may be better."""
         notes = walk_notes("The expert's robot", self.baseline_range_ratio, self.baseline_lean_deg)
-        return (*notes, *_phase_notes(self.phases_deg, self.baseline_best_phase_deg))
+        return (*notes, *phase_notes(self.phases_deg, self.baseline_best_phase_deg))
 
     @property
     def best_achieved_by_expert(self) -> float:
@@ -148,8 +148,13 @@ def swept(
     return BestPhase.of(sweep, settings.design, goal, trajectory)
 
 
-def _phase_notes(phases_deg: Sequence[float], best_deg: float) -> tuple[str, ...]:
-    """What to tell of a best phase at an end of the phases, which are not the whole circle."""
+def phase_notes(phases_deg: Sequence[float], best_deg: float) -> tuple[str, ...]:
+    """What to tell of a best phase at an end of the phases, which are not the whole circle.
+
+    Args:
+        phases_deg: Those that were tried, evenly apart [degrees].
+        best_deg: The best of them [degrees].
+    """
     first, last = phases_deg[0], phases_deg[-1]
     if len(phases_deg) < 3 or best_deg not in (first, last):
         return ()

@@ -22,6 +22,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.analysis import Walker, analysed_robot
+from pneumorph.study.baseline import phase_notes
 from pneumorph.study.certificate_notes import expert_notes, measured_notes, pair_notes
 from pneumorph.study.certified_candidates import (
     Candidates,
@@ -173,6 +174,7 @@ def certify_once(
                 duration_s,
                 toppled_share(of_expert.lean_deg[:, 0]),
             ),
+            *phase_notes(baseline.phases_deg, phase_deg),
             *pair_notes(certified, goal),
         ),
         wall_s=time.monotonic() - start,

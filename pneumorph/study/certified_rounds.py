@@ -174,15 +174,16 @@ def forget_certificate(folder: Path) -> None:
 
 
 def set_rounds_aside(folder: Path) -> None:
-    """Move new legs of an earlier training's pairs to `earlier`, in the place of those that lay
-    there: hours of work, but of other walks. Walks of finite elements stay, and say whose they are.
+    """Move new legs of an earlier training's pairs to `earlier`, in the place of all that lay
+    there: hours of work, but of other walks. Walks of finite elements stay, and say whose they are;
+    so do the other snapshots of the leg, which are any walks'.
     """
-    for path in (*folder.glob("round_*"), folder / "snapshots"):
-        if path.exists():
-            aside = folder / "earlier" / path.name
-            shutil.rmtree(aside, ignore_errors=True)
-            aside.parent.mkdir(exist_ok=True)
-            path.replace(aside)
+    rounds, aside = list(folder.glob("round_*")), folder / "earlier"
+    if rounds:
+        shutil.rmtree(aside, ignore_errors=True)
+        aside.mkdir()
+    for path in rounds:
+        path.replace(aside / path.name)
 
 
 def nearest_round(rounds: Sequence[CertifiedRound]) -> int:

@@ -311,9 +311,10 @@ class FinishedRun:
             ValueError: It has other numbers of sites or regulators, or the run's leg would be taken
                 over beside a file that says its own.
         """
-        asked, file = robot.description, self.robot.described
+        asked = robot.description
         if asked is None:
             return
+        file = self.robot.described
         whose = "the paper's robot" if file is None else f"the robot {file}"
         back = "leave out --robot for the run's own robot"
         if self.robot.part is not None and not afresh:
@@ -322,13 +323,15 @@ class FinishedRun:
                 f"{self.robot.part}, expected one of them: a robot's file says its own legs; {back}"
                 ", or give --afresh to take only designs and gaits from the run"
             )
+        if robot.described == file:
+            return  # the run may have changed what its file says
         sites, regulators = len(asked.allowed_modules), asked.acting.regulator_count
-        own_regulators = self.robot.physics.regulator_count
-        own_sites = sites if self._site_count is None else self._site_count
-        if (sites, regulators) != (own_sites, own_regulators):
+        own_sites, own_regulators = self._site_count, self.robot.physics.regulator_count
+        if own_sites not in (None, sites) or own_regulators != regulators:
+            own = "" if own_sites is None else f"{own_sites} sites and "
             raise ValueError(
                 f"--robot {robot.described} has {sites} sites and {regulators} regulators, and "
-                f"{self.folder} is of {whose}, which has {own_sites} and {own_regulators}, "
+                f"{self.folder} is of {whose}, which has {own}{own_regulators} regulators, "
                 f"expected as many: the run's designs and gaits are for these; {back}, or learn "
                 f"with that one: pneumorph coopt --robot {robot.described}"
             )

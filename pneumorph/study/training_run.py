@@ -156,6 +156,10 @@ def run_training(
         say=folder.progress.say,
     )
     start = time.monotonic()
+    anew = known != _told_pairs(training)
+    if anew and certificate is not None and certificate.full:
+        # Before all else: a process that stops here and goes on no longer knows the earlier pairs.
+        set_rounds_aside(folder.path / CERTIFICATE_FOLDER)
     replayed = _replay_best(spec, learned, settings.task, folder)
     certified = None
     if certificate is not None and learned.pairs:
@@ -170,14 +174,12 @@ def run_training(
         own = folder
         if certificate.full:
             own = RunFolder(folder.path / CERTIFICATE_FOLDER, "certify", folder.progress)
-            if known != _told_pairs(training):
-                set_rounds_aside(own.path)
         certified = certify_candidates(found, certificate, spec, own, again)
         folder.keep_until_summary(own.path / KEPT_WALKS)
     if certified is None or not certified.rounds:
         certificate_folder = folder.path / CERTIFICATE_FOLDER
         # One with finite elements, of hours, is of these very pairs where nothing was learned here.
-        if known != _told_pairs(training) or not _has_rounds(certificate_folder):
+        if anew or not _has_rounds(certificate_folder):
             forget_certificate(certificate_folder)
     # Learning counts what earlier processes spent on it before this one went on.
     learned_s = learned.wall_s + (learned.finetuning_wall_s or 0.0)

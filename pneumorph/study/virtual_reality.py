@@ -191,8 +191,8 @@ def _refuse_ignored(spec: RobotSpec, drawn: Randomisation) -> None:
         return
     # Worlds that a robot was trained or certified in come as a whole, with their lag.
     usual = [each.regulator_lag_s for each in (_USUAL, Randomisation(), measured_worlds())]
-    lag = drawn.regulator_lag_s
-    if lag not in usual and Distribution.parse(lag).highest > 0.0:
+    lag, known = drawn.regulator_lag_s, [Distribution.parse(each) for each in usual]
+    if Distribution.parse(lag) not in known and Distribution.parse(lag).highest > 0.0:
         raise ValueError(
             f"virtual.reality.regulator_lag_s is {lag!r}, expected {usual[0]!r}, the usual, or 0: "
             f"where air flows through valves (physics.air.law {spec.physics.air.law}), the virtual "

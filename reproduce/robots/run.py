@@ -26,13 +26,16 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import laid_over, read_settings_file
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.report.style import BASELINE_COLOUR, LEARNED_COLOUR, new_axes, save_figure
+from pneumorph.simulation.randomisation import World
 from pneumorph.study.analysis import walkers
 from pneumorph.study.certified_pairs import Band, share_beyond
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_source import find_gait
+from pneumorph.study.near_worlds import near_worlds
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.rivals import Contender, searched, uniform
+from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.study_once import study_folder
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_once
@@ -239,8 +242,19 @@ def _row(
         row["by_hand"] = _by_hand(by_hand, run, folder, certificate.world_count, ours)
     if "full" in steps:
         walker = walkers(run, place)[-1]
-        (kept,) = full_order_walks(run.spec(), [(walker, None)], folder, goal=found.goal)
-        walk = FullOrderWalk.of(None, kept, pair.nominal, found.goal)
+        spec = run.spec()
+        (kept,) = full_order_walks(spec, [(walker, None)], folder, goal=found.goal)
+        near, *_ = walks_in_worlds(
+            spec,
+            [walker.design],
+            [walker.gait],
+            near_worlds(World.nominal(spec.physics), spec.physics),
+            walker.settling_steps,
+            folder,
+            found.goal,
+            keep=True,
+        )
+        walk = FullOrderWalk.of(None, kept, pair.nominal, found.goal, near=near[:, 0])
         row["full"] = result_to_dict(walk, found.goal.unit)
     return row
 

@@ -57,8 +57,6 @@ WALKS_FILE = "walks.json"
 _NEAR = 4
 """Worlds near each of the unseen ones."""
 HERE = Path(__file__).parent
-HIDDEN_WALKS = HERE / "hidden_walks"
-"""Hidden worlds as finite elements, a file for each: hours that another machine need not take."""
 Step = Literal[
     "certificate",
     "seeds",
@@ -100,8 +98,8 @@ def main(
         steps: Which of them; walks and full walk finite elements, hours, and so does hidden_full.
             walks are one after another, and no leg is reduced again.
         hidden_count: Hidden worlds.
-        hidden_full_count: How many of them with robots of finite elements, an hour each and kept in
-            hidden_walks/.
+        hidden_full_count: How many of them with robots of finite elements, an hour each: kept in
+            hidden_walks/ beside summary.json, so that another machine need not take it again.
         rivals_of: Trainings whose time the searches get; none for all seeds.
         certified: A certificate with finite elements, as `pneumorph certify --full` writes it: it
             is taken with its walks, and none is made.
@@ -145,7 +143,7 @@ def main(
         walks = _walked(source, certificate, work, known, made="walks" in steps)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
-    walked = partial(of_rig, model="full", kept=HIDDEN_WALKS)
+    walked = partial(of_rig, model="full", kept=out / "hidden_walks" / digest)
     keep("hidden_full", lambda: result_to_dict(walked(hidden_full_count)))
     if made["hidden"] is not None:
         first = made["hidden"]["distances_cm"][0] or 0.0  # failed, it goes nowhere

@@ -105,6 +105,17 @@ def test_a_payload_lies_above_the_ground_below_it(heading_deg, x_mm, floor_mm):
             check_payload_above_floor(place, physics, points)
 
 
+def test_what_is_rough_under_a_payload_does_not_count():
+    """It is drawn in some worlds, in which the robot has to walk as in others."""
+    points = np.array([[x, y, 0.0] for x in (-50.0, 50.0) for y in (-40.0, 40.0)])
+    for seed in range(8):
+        ground = Ground(rough=RoughGround(roughness_mm=8.0, seed=seed))
+        physics = Physics(floor_height_mm=0.0, ground=ground)
+        check_payload_above_floor(np.array([0.0, 0.0, -0.9]), physics, points)
+        with pytest.raises(ValueError, match="the floor at 0, expected"):
+            check_payload_above_floor(np.array([0.0, 0.0, -1.1]), physics, points)
+
+
 BOX_MM = np.array([[x, y, z] for x in (-50, 50) for y in (-40, 40) for z in (0, 20)], dtype=float)
 FEET_MM = np.array([[-60.0, 0.0, -90.0], [60.0, 0.0, -90.0]])
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.leg_kinds import leg_kind, masses_of
+from pneumorph.catalogue.leg_kinds import leg_kind, load_default_leg, masses_of
 from pneumorph.catalogue.leg_module import module_of_leg
 from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_identity import (
@@ -82,6 +83,19 @@ def _with(part: ReducedPart, physics: Physics) -> RobotSpec:
     """The measured robot with another reduction."""
     masses = masses_of("measured")
     return paper_robot(module_of_leg("measured", part=part, masses=masses), physics, masses)
+
+
+@pytest.mark.parametrize("name", ["long_wide", "short_narrow", "short_wide"])
+def test_legs_of_the_catalogue_that_ships_say_nothing_of_their_points(
+    name: str, tmp_path: Path
+) -> None:
+    """What was kept of their robots goes on."""
+    file = tmp_path / "plate.toml"
+    own = f'[modules.long]\ncatalogue = "{name}"'
+    file.write_text(PLATE.read_text().replace('[modules.long]\nleg = "measured"', own))
+    spec = RobotDescription.read(file).spec()
+    assert spec.modules[0].reduced.digest() != load_default_leg("measured").digest()
+    assert "contact_points" not in resume_identity(spec, measured_worlds())
 
 
 def test_legs_whose_points_lie_on_other_surfaces_are_told_apart_where_friction_names_them() -> None:

@@ -357,13 +357,17 @@ def test_a_robot_that_the_runs_gaits_are_not_for_is_refused(
         assert run(f"{verb} {folder} --robot {plate} {out}{rest}".split()) == 1
         told = capsys.readouterr().err
         assert f"--robot {plate} has 6 sites and 4 regulators, and {folder} is of the" in told
-        assert "robot, which has 8 and 3, expected as many" in told
+        assert "robot, which has 8 sites and 3 regulators, expected as many" in told
         assert "leave out --robot" in told
         assert "leg and physics" not in told
     # Of its own robot's file the same robot walks.
     kept = layered(TrainingOptions(), [{"robot": {"described": str(plate)}}])
     described = write_run(tmp_path / "plate", "coopt", kept, ("b1.0.2.2.0.b1",))
     assert asked(f"{verb} {described} --robot {plate}").robot.described == plate
+    three = f"--robot {plate} --physics.regulator-count 3"
+    fewer = layered(kept, [{"robot": {"physics": {"regulator_count": 3}}}])
+    described = write_run(tmp_path / "three", "coopt", fewer, ("b1.0.2.2.0.b1",))
+    assert asked(f"{verb} {described} {three}").robot.physics.regulator_count == 3
     assert "(yours: " not in capsys.readouterr().err
 
 
@@ -416,7 +420,7 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
 
 
 def test_periodic_walks_are_compared_where_finite_elements_have_walked(
-    asked: Callable[[str], Any],
+    tmp_path: Path, asked: Callable[[str], Any]
 ) -> None:
     def count(flags: str) -> int:
         found: int = asked(f"compare {flags}").comparison.periodic_count
@@ -430,6 +434,11 @@ def test_periodic_walks_are_compared_where_finite_elements_have_walked(
                  "--executor.process-count 1 --physics.friction 0.55"):  # fmt: skip
         assert count(same) == 8
     assert count("--physics.friction 0.56 --threads 1") == 0
+    file = tmp_path / "asked.json"
+    other = {"robot": {"physics": {"friction": 0.56}}}
+    for said, wanted in ((other, 0), ({**other, "comparison": {"periodic_count": 8}}, 8)):
+        file.write_text(json.dumps(said))
+        assert count(f"--settings {file}") == count(f"--settings {file} --threads 1") == wanted
 
 
 def test_a_gait_of_ones_own_beside_a_number_of_regulators_is_no_experts() -> None:

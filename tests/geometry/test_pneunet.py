@@ -111,6 +111,12 @@ def test_a_connector_that_connects_nothing_or_breaks_out_is_refused(connector, r
         ({"chamber_mm": (2.0, 14.0, 15.9999999)}, "above the chambers .* is 1e-07 mm thick"),
         ({"chamber_mm": (2.0, 19.9999999, 13.0)}, "beside the cavity .* is 5e-08 mm thick"),
         ({"connector_mm": (103.99999, 2.0, 2.0)}, "at the connector's ends .* is 5e-06 mm thick"),
+        ({"connector_mm": (81.0, 2.0, 8.99999)}, "above the connector .* is 1e-05 mm thick"),
+        ({"middle_wall_mm": 1e-3}, r"middle_wall_mm is 0\.001, expected at least 0\.01 mm"),
+        (
+            {"tooth_gap_mm": 1e-5, "end_tooth_length_mm": 16.0 - 5e-5},
+            "tooth_gap_mm is 1e-05, expected at least",
+        ),
         ({"middle_wall_mm": 1.9999999}, r"middle_wall_mm is 1\.9999999 and the narrowest .* 2 mm"),
     ],
 )

@@ -25,6 +25,7 @@ from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.round_scores import RoundScores
 from pneumorph.learn.search_run import run_search
 from pneumorph.learn.training import Training
+from pneumorph.learn.transitions import Transitions
 from pneumorph.robot.design import Design
 
 BAD = 7
@@ -221,3 +222,13 @@ def test_a_policy_learns_not_to_fail_where_all_actions_cost() -> None:
     failures = [training.run_round()["failed_count"] for _ in range(7)]
     assert min(failures[:2]) >= 4  # of 16
     assert max(failures[-3:]) <= 2
+
+
+def test_less_that_a_task_gives_for_a_failure_stays() -> None:
+    seen = Transitions(*np.zeros((6, 4, 1), dtype=np.float32))
+    seen = replace(seen, reward=np.array([3.0, -50.0, 0.0, 1.0]), terminal=np.zeros(4, dtype=bool))
+    failed = np.array([False, True, True, False])
+    for reward_cm, wanted in ((0.0, [3.0, -50.0, 0.0, 1.0]), (-60.0, [3.0, -60.0, -60.0, 1.0])):
+        found = seen.failing(failed, reward_cm)
+        np.testing.assert_array_equal(found.reward, wanted)
+        np.testing.assert_array_equal(found.terminal, failed)

@@ -209,7 +209,8 @@ def test_another_reduction_is_changed_as_the_robots_own_leg_is(tmp_path) -> None
 
 
 def test_a_reduction_that_is_written_again_is_read_again(tmp_path) -> None:
-    """It was walked as it had been, and its old digest kept."""
+    """As a run begins, which goes on with what it read. It was walked as it had been, and its old
+    digest kept."""
     robot = crawlers()[0]
     file, own = tmp_path / "other.npz", robot.mounts[0].part
     world = replace(AS_IS, reduction=str(file))
@@ -217,10 +218,13 @@ def test_a_reduction_that_is_written_again_is_read_again(tmp_path) -> None:
         written = replace(own, tetrahedron_material=own.tetrahedron_material.stiffer(factor))
         written.save(file)
         os.utime(file, (second, second))  # clocks of files are coarse
+        assert reduction_digests(Randomisation(reductions=(file,))) == {str(file): written.digest()}
+        file.unlink()
         placed = robot_in_world(robot, world).mounts[0].part
         assert placed.tetrahedron_material == written.tetrahedron_material
         assert robot_in_world(robot, world).mounts[0].part is placed
-        assert reduction_digests(Randomisation(reductions=(file,))) == {str(file): written.digest()}
+    with pytest.raises(FileNotFoundError):
+        reduction_digests(Randomisation(reductions=(file,)))
 
 
 def test_another_reduction_has_as_few_modes_as_the_robots_own_leg(tmp_path) -> None:

@@ -316,13 +316,17 @@ def test_the_certificate_of_an_earlier_training_is_forgotten(tmp_path: Path, own
 
 
 def test_new_legs_of_an_earlier_training_lie_aside(tmp_path: Path) -> None:
-    """Twice: the second lies in the place of the first; walks of finite elements stay."""
-    for made in ("first", "second"):
-        for name in ("round_1", "round_2", "snapshots", "full_order"):
+    """Twice: the second, of fewer rounds, lies in the place of the first; walks of finite elements
+    and the leg's snapshots stay."""
+    for made, rounds in (("first", ("round_1", "round_2")), ("second", ("round_1",))):
+        for name in (*rounds, "snapshots", "full_order"):
             (tmp_path / name).mkdir(exist_ok=True)
             (tmp_path / name / made).touch()
         set_rounds_aside(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"earlier", "full_order"}
+    assert {path.name for path in tmp_path.iterdir()} == {"earlier", "full_order", "snapshots"}
     aside = {f"{path.parent.name}/{path.name}" for path in (tmp_path / "earlier").glob("*/*")}
-    assert aside == {"round_1/second", "round_2/second", "snapshots/second"}
-    assert len(list((tmp_path / "full_order").iterdir())) == 2
+    assert aside == {"round_1/second"}
+    for name in ("full_order", "snapshots"):
+        assert len(list((tmp_path / name).iterdir())) == 2
+    set_rounds_aside(tmp_path)  # nothing new takes their place
+    assert (tmp_path / "earlier" / "round_1").exists()
