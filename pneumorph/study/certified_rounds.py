@@ -176,7 +176,7 @@ def forget_certificate(folder: Path) -> None:
 def set_rounds_aside(folder: Path) -> None:
     """Move new legs of an earlier training's pairs to `earlier`, in the place of all that lay
     there: hours of work, but of other walks. Walks of finite elements stay, and say whose they are;
-    so do the other snapshots of the leg, which are any walks'.
+    so do the leg's own snapshots, which all rounds share.
     """
     rounds, aside = list(folder.glob("round_*")), folder / "earlier"
     if rounds:
