@@ -207,8 +207,8 @@ def _read(folder: Path, name: str) -> dict[str, Any]:
             f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
             + (
                 f", but has {SETTINGS}: a run may have been stopped there, and the same command "
-                "with the same --out goes on with it (coopt with --resume; deploy begins anew "
-                "with another --out)"
+                "with the same --out goes on with it (coopt with --resume; deploy, but for finite "
+                "elements behind a virtual rig, begins anew with another --out)"
                 if stopped
                 else ""
             )

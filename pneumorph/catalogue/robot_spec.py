@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.machine import processor_count
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import calibration_note, check_calibration
@@ -159,6 +160,14 @@ class RobotSpec(ShownInNotebooks):
         )
         self._check_above_floor(robot.standing_points, design)
         return robot
+
+    def walking_alone(self) -> RobotSpec:
+        """The robot whose finite elements share out their legs over every processor, where nobody
+        said over how many threads: no other walks beside it. What it does depends on none of it."""
+        if self.full_order.thread_count > 0:
+            return self
+        shared = replace(self.full_order, thread_count=processor_count())
+        return replace(self, full_order=shared)
 
     def check_near_floor(self) -> None:
         """Refuse a floor so far below that designs would fall before they walk.

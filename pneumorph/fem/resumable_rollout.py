@@ -55,6 +55,7 @@ def resumable_rollout(
     *,
     settling_steps: int = 15,
     record_every: int = 5,
+    record_nodes: bool = True,
     description: dict[str, Any] | None = None,
     checkpoint_every_s: float = 60.0,
     progress: Callable[[int, int, str], None] | None = None,
@@ -73,7 +74,8 @@ def resumable_rollout(
         commands_kPa: Real pressure asked for in every step [kPa], (step, regulator).
         checkpoint: File to save the way so far in.
         settling_steps: Steps at zero pressure before the start.
-        record_every: Steps between frames, each with the nodes.
+        record_every: Steps between frames.
+        record_nodes: Record every node's position.
         description: What else to note in the trajectory's metadata.
         checkpoint_every_s: Wall time between checkpoints, which are made at frames [s].
         progress: Told the steps made, those to make, and what goes on: after each piece, and where
@@ -96,6 +98,8 @@ def resumable_rollout(
     check_commands(commands, highest_kPa)
     robot.physics.air.check_supply(commands)
     identity = _identity(robot, commands, settling_steps, record_every)
+    if not record_nodes:
+        identity += " without nodes"
     start = time.monotonic()
     done, state, pieces, spent_s = _loaded(robot, checkpoint, identity, len(commands))
     steps = _ToldSteps(progress)
@@ -115,6 +119,7 @@ def resumable_rollout(
             state,
             commands[done:end],
             record_every,
+            record_nodes,
             observe=steps.within(range(done, end), len(commands), "simulating"),
         )
         pieces.append(piece)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from pneumorph.physics.regulators import AirRegulators, RateLimited, Regulators
 from pneumorph.physics.surfaces import SURFACE_NAMES
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.rollout import RobotModel
 from pneumorph.trajectory import Trajectory
 
 
@@ -235,11 +233,21 @@ class VirtualRegulators:
         self.pressure_kPa = self._regulators.after(self.pressure_kPa, wanted, self.time_step_s)
 
 
+Walk = Callable[[np.ndarray], Trajectory]
+"""What the true robot does: pressures of every step [real kPa], (step, channel) -> its motion, with
+a frame before the first step, settled on the floor, and one after each. It raises what
+`VirtualRig.track` does."""
+
+
 class VirtualRig:
     """Regulators with lag, noise and quantisation, and a robot they inflate.
 
+    Nothing that a rig senses depends on how its robot moves, so the robot walks when the camera is
+    asked what it saw.
+
     Args:
-        robot: The true robot; its settings must not limit the pressures' rate (`Reality.physics`).
+        walk: How the true robot moves; its settings must not limit the pressures' rate
+            (`Reality.physics`).
         rig: Channels and rate of the rig.
         settings: How imperfect it is.
         lag_s: Time constant of the regulators [s].
@@ -249,12 +257,13 @@ class VirtualRig:
 
     Attributes:
         range_ratio: How far any leg of a reduced robot has gone since it settled, relative to the
-            furthest snapshot it was reduced from; None where that is not known.
+            furthest snapshot it was reduced from; None where that is not known or nobody has asked
+            for the track.
     """
 
     def __init__(
         self,
-        robot: RobotModel[Any],
+        walk: Walk,
         rig: RigSettings,
         settings: VirtualRigSettings,
         lag_s: float,
@@ -262,7 +271,7 @@ class VirtualRig:
         trial: int = 1,
         air: AirRegulators | None = None,
     ) -> None:
-        self.robot = robot
+        self._walk = walk
         self._rig, self._settings = rig, settings
         self._step_s = time_step_s
         self._rng = np.random.default_rng([settings.seed, 3, trial])
@@ -270,23 +279,11 @@ class VirtualRig:
             len(rig.channels), air or RateLimited(rig.rate_kPa_per_s), lag_s, time_step_s
         )
         self.range_ratio: float | None = None
-        self._state: Any = None
-        self._steps = 0
-        self._places: list[np.ndarray] = []
-        self._facing: list[np.ndarray] = []
+        self._pressures_kPa: list[np.ndarray] = []
         self.clock = VirtualClock(self._advance_to)
 
     def open(self) -> None:
-        """Put the robot on the floor and let it settle.
-
-        Raises:
-            DriverError: Its simulation diverged.
-        """
-        rest = np.zeros((max(self._settings.settling_steps, 1), len(self._rig.channels)))
-        trajectory = self._walked(self.robot.initial_state(), rest, record_every=len(rest))
-        self.range_ratio = None  # a fall to the floor is no walk
-        self._places = [trajectory.tracked_point_mm[-1]]
-        self._facing = [trajectory.hub_rotation[-1, :2, 0]]
+        """Nothing to connect to."""
 
     def command(self, pressure_kPa: np.ndarray) -> None:
         """Set every regulator [real kPa]."""
@@ -310,15 +307,23 @@ class VirtualRig:
         """Nothing to let go of."""
 
     def track(self) -> MarkerTrack | None:
-        """What the camera saw, from the opening of the rig; None of fewer than two frames."""
+        """What the camera saw, from the opening of the rig; None of fewer than two frames.
+
+        Raises:
+            DriverError: The robot's simulation diverged.
+        """
         settings = self._settings
         every = 1.0 / (settings.frames_per_second * self._step_s)
-        frames = np.arange(0.0, len(self._places) - 1e-9, every)
+        frames = np.arange(0.0, len(self._pressures_kPa) + 1 - 1e-9, every)
         if len(frames) < 2:
             return None
+        walked = self._walk(np.array(self._pressures_kPa))
+        if walked.status != "completed":
+            raise DriverError(f"the virtual robot's simulation {walked.status}")
+        self.range_ratio = walked.metadata.get("range_ratio")
         # Of both markers: forward and left of the first, then of the one ahead from there.
-        ahead = settings.marker_distance_mm * np.array(self._facing)
-        places = np.column_stack([np.array(self._places)[:, :2], ahead])
+        ahead = settings.marker_distance_mm * walked.hub_rotation[:, :2, 0]
+        places = np.column_stack([walked.tracked_point_mm[:, :2], ahead])
         steps = np.arange(len(places))
         seen = np.column_stack([np.interp(frames, steps, each) for each in places.T])
         noise = settings.marker_noise_mm * self._rng.standard_normal((2, len(frames), 2))
@@ -328,36 +333,12 @@ class VirtualRig:
         return MarkerTrack(frames * self._step_s, seen[:, :2], turned)
 
     def _advance_to(self, time_s: float) -> None:
-        count = round(time_s / self._step_s) - self._steps
-        if count <= 0:
-            return
-        self._steps += count
-        pressures = np.empty((count, len(self._rig.channels)))
-        for step in range(count):
+        for _ in range(round(time_s / self._step_s) - len(self._pressures_kPa)):
             self.regulators.step()
-            noise = self._settings.regulator_noise_kPa * self._rng.standard_normal(
-                pressures.shape[1]
+            noise_kPa = self._settings.regulator_noise_kPa * self._rng.standard_normal(
+                len(self._rig.channels)
             )
-            pressures[step] = np.maximum(0.0, self.regulators.pressure_kPa + noise)
-        trajectory = self._walked(self._state, pressures, record_every=1)
-        self._places.extend(trajectory.tracked_point_mm[1:])
-        self._facing.extend(trajectory.hub_rotation[1:, :2, 0])
-
-    def _walked(self, state: Any, pressure_kPa: np.ndarray, record_every: int) -> Trajectory:
-        """What the robot did from a state on.
-
-        Raises:
-            DriverError: Its simulation diverged.
-        """
-        self._state, trajectory = self.robot.rollout(
-            state, pressure_kPa, record_every=record_every, record_nodes=False
-        )
-        ratio = trajectory.metadata.get("range_ratio")
-        if ratio is not None:
-            self.range_ratio = max(ratio, self.range_ratio or 0.0)
-        if trajectory.status != "completed":
-            raise DriverError(f"the virtual robot's simulation {trajectory.status}")
-        return trajectory
+            self._pressures_kPa.append(np.maximum(0.0, self.regulators.pressure_kPa + noise_kPa))
 
     def _quantised(self, pressure: np.ndarray) -> np.ndarray:
         step = self._settings.resolution_kPa

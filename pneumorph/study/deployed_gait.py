@@ -45,6 +45,9 @@ from pneumorph.study.gait_source import bending_map, find_gait
 from pneumorph.study.robot_at_rig import calibrated, with_air
 from pneumorph.study.virtual_reality import VirtualReality
 
+CHECKPOINT_FILE = "checkpoint.npz"
+"""Of a virtual rig's finite elements, in their trial's folder until all trials are over."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
@@ -83,8 +86,8 @@ def deploy_gait(
     """
     start = time.monotonic()
     settings.refuse_source_of_bend_test(source)
-    _refuse_measured(folder)
     rig = RigSettings() if settings.rig is None else load_rig(settings.rig)
+    _refuse_measured(folder, _walks_that_go_on(settings, rig))
     settings.refuse_unused(rig.driver)
     spec = robot.spec()
     if settings.rig is None:
@@ -162,17 +165,30 @@ def _say_what_is_taken(plan: _Plan, robot: RobotOptions, spec: RobotSpec) -> Non
         say(
             f"the robot behind the virtual rig is of finite elements: about {minutes:.0f} min for "
             f"each of {settings.trials} trials of {plan.schedule.duration_s:g} s on an idle "
-            "machine; --model reduced takes seconds"
+            "machine; stopped, the same command with the same --out goes on; --model reduced takes "
+            "seconds"
         )
 
 
-def _refuse_measured(folder: RunFolder) -> None:
+def _walks_that_go_on(settings: DeploymentSettings, rig: RigSettings) -> set[str]:
+    """Folders of trials whose walks, where they were stopped, go on from their checkpoints."""
+    if rig.driver != "virtual" or settings.model != "full" or settings.bend_test:
+        return set()
+    return {f"trial_{number}" for number in range(1, settings.trials + 1)}
+
+
+def _refuse_measured(folder: RunFolder, go_on: set[str]) -> None:
     """Keep what was measured: a trial is not made again, and two robots' are not mixed.
 
+    Args:
+        folder: Where trials are to be written.
+        go_on: Folders of trials that may have been stopped in their walk.
+
     Raises:
-        ValueError: The folder has trials.
+        ValueError: The folder has other trials.
     """
-    if any(folder.path.glob(f"*/{LOG_FILE}")):
+    trials = [log.parent for log in folder.path.glob(f"*/{LOG_FILE}")]
+    if not all(each.name in go_on and (each / CHECKPOINT_FILE).exists() for each in trials):
         raise ValueError(
             f"{folder.path} holds the trials of an earlier deployment, expected a folder of its "
             "own for each: they would be overwritten, or mixed with these; choose another --out"
@@ -215,9 +231,13 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
     )
 
     def trial(number: int, name: str) -> TrialOutcome:
-        driver = reality.rig(design, plan.rig, number)
+        checkpoint = plan.folder / name / CHECKPOINT_FILE
+        driver = reality.rig(design, plan.rig, number, checkpoint, plan.folder.progress)
         report = _driven(plan, driver, driver.clock, None, name)
-        track = driver.track()
+        try:
+            track = driver.track()
+        except DriverError as error:
+            raise DriverError(f"{name}: {error}") from error
         if track is None:  # it was stopped before the camera saw it move
             return TrialOutcome(**vars(report), trial=name)
         write_track(plan.folder / f"{name}/track.csv", track)
@@ -231,7 +251,10 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
             range_ratio=driver.range_ratio,
         )
 
-    return _each_trial(planned, plan, trial)
+    done = _each_trial(planned, plan, trial)
+    for each in done.trials:
+        (plan.folder / each.trial / CHECKPOINT_FILE).unlink(missing_ok=True)
+    return done
 
 
 def _real_trials(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pneumorph.base.checked import Checked, Count
-from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_mass import RobotMass
@@ -148,7 +147,7 @@ def simulate(
     simulation_start, checkpoint = time.monotonic(), folder / "checkpoint.npz"
     resumed_s: list[float] = []
     trajectory = recorded_walk(
-        _on_every_processor(robot),
+        robot.walking_alone(),
         source.design,
         source.gait,
         settings.model,
@@ -190,15 +189,6 @@ def simulate(
         simulation_wall_s=simulated_s,
         wall_s=earlier_s + time.monotonic() - start,
     )
-
-
-def _on_every_processor(robot: RobotSpec) -> RobotSpec:
-    """The robot whose finite elements share out their legs, where nobody said among how many
-    threads: no other robot walks beside it. What it does depends on none of it."""
-    if robot.full_order.thread_count > 0:
-        return robot
-    shared = replace(robot.full_order, thread_count=processor_count())
-    return replace(robot, full_order=shared)
 
 
 def _read(kind: type[Report], told: dict[str, Any] | None) -> Report | None:

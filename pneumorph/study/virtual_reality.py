@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.progress import ProgressReport
 from pneumorph.catalogue.bench_tests import BEND_TEST_KPA, BenchTest
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.worlds_check import check_worlds
+from pneumorph.fem.resumable_rollout import resumable_rollout
+from pneumorph.fem.time_integration import StepError
 from pneumorph.hardware.bend_test import MonotoneBend, simulated_bend_curve
+from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.virtual_rig import (
     Reality,
@@ -27,9 +32,10 @@ from pneumorph.physics.regulators import AirRegulators, air_regulators
 from pneumorph.robot.design import Design
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.simulation.rollout import RobotModel
+from pneumorph.simulation.rollout import rollout
 from pneumorph.study.bench_readings import bench_test
 from pneumorph.study.recorded_walk import Model
+from pneumorph.trajectory import Trajectory
 
 _VALVES = {
     "filling_factor": "filling_mm3_per_s_kPa",
@@ -62,15 +68,41 @@ class VirtualReality:
         world = replace(drawn.world, friction_by_surface=named)
         self.reality: Reality = replace(drawn, world=world)
 
-    def rig(self, design: Design, rig: RigSettings, trial: int) -> VirtualRig:
-        """The rig of one trial with a design."""
+    def robot(self, trial: int) -> RobotSpec:
+        """The true robot, on the floor of one trial."""
         reality = trial_reality(self.reality, self._settings, trial)
+        world = self._spec.in_world(reality.world)
+        return replace(world, physics=reality.physics(self._spec.physics))
+
+    def rig(
+        self,
+        design: Design,
+        rig: RigSettings,
+        trial: int,
+        checkpoint: Path | None = None,
+        progress: ProgressReport | None = None,
+    ) -> VirtualRig:
+        """The rig of one trial with a design.
+
+        Args:
+            design: Of its robot.
+            rig: Channels and rate.
+            trial: Number of the trial.
+            checkpoint: File for the way so far of finite elements; stopped, they go on from it. It
+                stays at the end, some steps before it.
+            progress: Told the steps made and those to make, of finite elements.
+
+        Raises:
+            ValueError: Finite elements without a checkpoint.
+        """
+        if self._model == "full" and checkpoint is None:
+            raise ValueError("checkpoint is None, expected a file: finite elements take minutes")
         air = self._air(design)
         return VirtualRig(
-            self._robot(design, reality),
+            partial(self._walk, self.robot(trial), design, checkpoint, progress),
             rig,
             self._settings,
-            reality.world.regulator_lag_s if air is None else 0.0,
+            self.reality.world.regulator_lag_s if air is None else 0.0,
             self._spec.physics.time_step_s,
             trial,
             air,
@@ -167,10 +199,41 @@ class VirtualReality:
             rotation=self._spec.physics.rotation,
         )
 
-    def _robot(self, design: Design, reality: Reality) -> RobotModel[Any]:
-        world = self._spec.in_world(reality.world)
-        true = replace(world, physics=reality.physics(self._spec.physics))
-        return true.reduced(design) if self._model == "reduced" else true.full(design)
+    def _walk(
+        self,
+        true: RobotSpec,
+        design: Design,
+        checkpoint: Path | None,
+        progress: ProgressReport | None,
+        pressure_kPa: np.ndarray,
+    ) -> Trajectory:
+        """`pneumorph.hardware.virtual_rig.Walk` of a true robot."""
+        settling_steps = max(self._settings.settling_steps, 1)
+        if self._model == "reduced":
+            _, trajectory = rollout(
+                true.reduced(design),
+                pressure_kPa,
+                settling_steps=settling_steps,
+                record_every=1,
+                record_nodes=False,
+                highest_kPa=np.inf,
+            )
+            return trajectory
+        assert checkpoint is not None
+        try:
+            return resumable_rollout(
+                true.walking_alone().full(design),
+                pressure_kPa,
+                checkpoint,
+                settling_steps=settling_steps,
+                record_every=1,
+                record_nodes=False,
+                progress=progress,
+                highest_kPa=np.inf,
+                keep_checkpoint=True,
+            )
+        except StepError as error:
+            raise DriverError(f"the virtual robot's simulation diverged: {error}") from error
 
 
 def _refuse_ignored(spec: RobotSpec, drawn: Randomisation) -> None:

@@ -26,7 +26,7 @@ from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.regulator_lag import lagging_commands
 from pneumorph.study.certified_pairs import Band
-from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployed_gait import CHECKPOINT_FILE, deploy_gait
 from pneumorph.study.deployment_settings import DeploymentSettings
 from pneumorph.study.recorded_walk import Model
 
@@ -125,7 +125,8 @@ def covered(
 
     def walked(seed: int, rig: VirtualRigSettings) -> dict[str, Any]:
         folder = RunFolder(work / model / str(seed), "deploy")
-        shutil.rmtree(folder.path, ignore_errors=True)  # of a call that was stopped
+        if not any(folder.path.rglob(CHECKPOINT_FILE)):  # of a call that was stopped, and goes on
+            shutil.rmtree(folder.path, ignore_errors=True)
         # Where pressures follow at a rate the rig lags by itself.
         valves = spec.physics.air.law != "rate_limit"
         world = draw_reality(rig, spec.physics.pressure_map).world

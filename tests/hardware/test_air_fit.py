@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.faulty_rig import Pusher
+from helpers.faulty_rig import push
 
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.air_fit import NAMES, fit_air, simulated_kPa
@@ -87,9 +87,7 @@ def test_the_virtual_rigs_hidden_valves_are_found_again(tmp_path: Path) -> None:
     truth = true_air(settings, WORLD, BELIEVED, 3)
     rig = replace(RigSettings(), air=BELIEVED, chambers_mm3=CHAMBERS, sample_interval_s=0.02)
     gait = HeldGait.evenly(np.array([[80.0, 70.0, 0.0], [0.0, 0.0, 0.0]] * 2), 1.65)
-    driver = VirtualRig(
-        Pusher(), rig, settings, 0.0, 0.01, 1, air_regulators(truth, list(CHAMBERS))
-    )
+    driver = VirtualRig(push, rig, settings, 0.0, 0.01, 1, air_regulators(truth, list(CHAMBERS)))
     with DeploymentLog(tmp_path / "log.csv", 3) as log:
         assert deploy(plan_schedule(gait, rig), driver, rig, log, driver.clock).completed
     found = fit_air([read_log(tmp_path / "log.csv")], BELIEVED, CHAMBERS)

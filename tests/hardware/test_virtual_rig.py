@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.faulty_rig import Pusher
+from helpers.faulty_rig import push
 
 from pneumorph.catalogue.full_options import FullOptions
 from pneumorph.catalogue.leg_kinds import (
@@ -21,7 +21,6 @@ from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
@@ -146,63 +145,41 @@ def test_regulators_may_lag_as_usual_or_not_at_all(physics: PhysicsName) -> None
         VirtualReality(spec, replace(usual, reality=replace(whole, regulator_lag_s="5")), "reduced")
 
 
-class _Bursting(Pusher):
-    """A robot whose simulation diverges after so many calls."""
+def test_how_far_legs_go_is_known_once_the_robot_has_walked() -> None:
+    def walk(pressure_kPa: np.ndarray) -> Trajectory:
+        return replace(push(pressure_kPa), metadata={"range_ratio": 0.5})
 
-    def __init__(self, calls: int) -> None:
-        self._calls = calls
-
-    def rollout(self, *arguments: Any, **options: Any) -> tuple[float, Trajectory]:
-        state, trajectory = super().rollout(*arguments, **options)
-        self._calls -= 1
-        return state, replace(trajectory, status="diverged") if self._calls < 0 else trajectory
-
-
-class _Falling(Pusher):
-    """A robot whose legs bend far while it falls to the floor, and little after."""
-
-    def __init__(self) -> None:
-        self._ratios = iter([2.0, 0.5])
-
-    def rollout(self, *arguments: Any, **options: Any) -> tuple[float, Trajectory]:
-        state, trajectory = super().rollout(*arguments, **options)
-        return state, replace(trajectory, metadata={"range_ratio": next(self._ratios)})
-
-
-def test_how_far_legs_go_is_counted_once_the_robot_has_settled() -> None:
-    rig = VirtualRig(_Falling(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    rig = VirtualRig(walk, RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
     rig.open()
     rig.clock.wait_until(0.5)
+    assert rig.range_ratio is None
+    rig.track()
     assert rig.range_ratio == 0.5
 
 
-def test_a_robot_that_diverges_ends_the_trial_with_what_the_camera_saw(tmp_path: Path) -> None:
-    at_once = VirtualRig(_Bursting(0), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+def test_a_robot_that_diverges_has_no_track() -> None:
+    def burst(pressure_kPa: np.ndarray) -> Trajectory:
+        return replace(push(pressure_kPa), status="diverged")
+
+    rig = VirtualRig(burst, RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    rig.open()
+    assert rig.track() is None  # nobody has seen it move
+    rig.clock.wait_until(0.5)
     with pytest.raises(DriverError, match="the virtual robot's simulation diverged"):
-        at_once.open()
-    assert at_once.track() is None
-    gait = HeldGait(np.zeros(1), np.array([[40.0, 0.0, 0.0]]), 2.0)
-    for calls in (1, 3):
-        rig = VirtualRig(_Bursting(calls), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
-        with DeploymentLog(tmp_path / f"{calls}.csv", 3) as log:
-            report = deploy(plan_schedule(gait, RigSettings()), rig, RigSettings(), log, rig.clock)
-        assert not report.completed
-        assert report.reason is not None
-        assert "the virtual robot's simulation diverged" in report.reason
-        assert (rig.track() is None) == (calls == 1)
+        rig.track()
 
 
 def test_regulators_lag_within_their_rate() -> None:
     """First order: c (1 - exp(-t / lag)); and never faster than the rate."""
     slow = replace(RigSettings(), rate_kPa_per_s=1e6)
-    rig = VirtualRig(Pusher(), slow, QUIET, lag_s=0.2, time_step_s=0.01)
+    rig = VirtualRig(push, slow, QUIET, lag_s=0.2, time_step_s=0.01)
     rig.open()
     rig.command(np.array([40.0, 20.0, 0.0]))
     rig.clock.wait_until(0.3)
     np.testing.assert_allclose(
         rig.sense(), np.array([40.0, 20.0, 0.0]) * (1.0 - np.exp(-1.5)), atol=1e-5
     )
-    fast = VirtualRig(Pusher(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    fast = VirtualRig(push, RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
     fast.open()
     fast.command(np.array([90.0, 0.0, 0.0]))
     fast.clock.wait_until(0.2)
@@ -220,7 +197,7 @@ def test_regulators_lag_within_their_rate() -> None:
 def test_regulators_fill_as_air_flows() -> None:
     """Without a lag they are where the curve is, whatever the length of a step."""
     air = air_regulators(Air(law="orifice"), [3528.0, 7056.0, 0.0])
-    rig = VirtualRig(Pusher(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01, air=air)
+    rig = VirtualRig(push, RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01, air=air)
     rig.open()
     command = np.array([60.0, 60.0, 60.0])
     rig.command(command)
@@ -257,7 +234,7 @@ def test_the_rigs_valves_are_off_one_by_one_and_its_chambers_are_the_designs() -
 
 def test_noise_and_quantisation_are_those_asked_for() -> None:
     settings = replace(QUIET, sensor_noise_kPa=0.5, resolution_kPa=0.25)
-    rig = VirtualRig(Pusher(), RigSettings(), settings, lag_s=0.0, time_step_s=0.01)
+    rig = VirtualRig(push, RigSettings(), settings, lag_s=0.0, time_step_s=0.01)
     rig.open()
     readings = np.array([rig.sense() for _ in range(2000)])
     np.testing.assert_allclose(readings / 0.25, np.round(readings / 0.25))
@@ -273,7 +250,7 @@ def test_a_channel_of_the_virtual_rig_may_lack_a_sensor() -> None:
 
 
 def test_hard_limits_hold_on_the_virtual_rig() -> None:
-    rig = VirtualRig(Pusher(), RigSettings(), QUIET, lag_s=0.1, time_step_s=0.01)
+    rig = VirtualRig(push, RigSettings(), QUIET, lag_s=0.1, time_step_s=0.01)
     with pytest.raises(ValueError, match="channel 1: pressure 120 kPa is beyond"):
         rig.command(np.array([120.0, 0.0, 0.0]))
 
@@ -333,8 +310,7 @@ def test_the_full_robot_behind_the_rig_is_the_one_asked_for() -> None:
     spec = RobotOptions.of("published", leg="hyperelastic", full=full, physics=physics).spec()
     settings = replace(NOTHING_OFF, reality=Randomisation("0.9", "1.1", "1.2", "0", "0"))
     reality = VirtualReality(spec, settings, "full")
-    robot = reality.rig(Design.parse("1.0.0.2.2.0.0.1"), RigSettings(), 1).robot
-    assert isinstance(robot, FullRobot)
+    robot = reality.robot(1).full("1.0.0.2.2.0.0.1")
     leg, asked = robot.legs[0].part, spec.module.full
     assert leg.mesh.digest() == asked.mesh.digest()
     assert leg.material == asked.material.stiffer(1.1)
@@ -376,7 +352,7 @@ def test_the_full_robot_behind_the_rig_moves(tmp_path: Path) -> None:
     design = Design.parse("1.0.0.0.1.0.1.0")
     rig = RigSettings()
     settings = VirtualRigSettings(settling_steps=2)
-    driver = VirtualReality(spec, settings, "full").rig(design, rig, 1)
+    driver = VirtualReality(spec, settings, "full").rig(design, rig, 1, tmp_path / "checkpoint.npz")
     gait = HeldGait(np.zeros(1), np.array([[10.0, 0.0, 0.0]]), 0.2)
     schedule = plan_schedule(gait, rig)
     with DeploymentLog(tmp_path / "log.csv", 3) as log:

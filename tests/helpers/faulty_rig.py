@@ -17,24 +17,15 @@ STEP_S = 0.02
 """Time step of the regulators [s]; the tests' time is mostly theirs."""
 
 
-@dataclass
-class Pusher:
+def push(pressure_kPa: np.ndarray) -> Trajectory:
     """A robot that moves one millimetre a step for each kPa of regulator 1."""
-
-    def initial_state(self) -> float:
-        return 0.0
-
-    def rollout(
-        self, state: float, commands_kPa: np.ndarray, record_every: int = 5, *_: Any, **__: Any
-    ) -> tuple[float, Trajectory]:
-        x = state + np.concatenate([[0.0], np.cumsum(commands_kPa[:, 0])])
-        x = x if record_every == 1 else x[[0, -1]]
-        count = len(x)
-        places = np.column_stack([x, np.zeros(count), np.zeros(count)])
-        return float(x[-1]), Trajectory(
-            np.arange(count) * 0.01, places, np.tile(np.eye(3), (count, 1, 1)), places,
-            np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count),
-        )  # fmt: skip
+    x = np.concatenate([[0.0], np.cumsum(pressure_kPa[:, 0])])
+    count = len(x)
+    places = np.column_stack([x, np.zeros(count), np.zeros(count)])
+    return Trajectory(
+        np.arange(count) * 0.01, places, np.tile(np.eye(3), (count, 1, 1)), places,
+        np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count),
+    )  # fmt: skip
 
 
 Valve = Callable[[float, float, float], float]
@@ -107,7 +98,7 @@ class FaultyRig(VirtualRig):
     ) -> None:
         rig = self.settings = rig or RigSettings()
         moving = air or RateLimited(rig.rate_kPa_per_s)
-        super().__init__(Pusher(), rig, VirtualRigSettings(seed=seed), lag_s, STEP_S)
+        super().__init__(push, rig, VirtualRigSettings(seed=seed), lag_s, STEP_S)
         self.regulators = self._broken = _Regulators(
             fault, channel, at_s, len(rig.channels), moving, lag_s, STEP_S
         )

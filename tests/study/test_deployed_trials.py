@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from helpers.faulty_rig import push
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -14,9 +17,12 @@ from pneumorph.cli import run
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.deployment import deploy
-from pneumorph.study import deployed_gait
+from pneumorph.hardware.driver import DriverError
+from pneumorph.study import deployed_gait, virtual_reality
 from pneumorph.study.deployed_gait import deploy_gait
+from pneumorph.study.deployment_result import DeployedGait
 from pneumorph.study.deployment_settings import DeploymentSettings
+from pneumorph.trajectory import Trajectory
 
 GAIT = ExpertGait(period_s=1.0, duration_s=1.0)
 SETTINGS = DeploymentSettings(expert=GAIT, trials=2, model="reduced")
@@ -72,6 +78,60 @@ def test_measured_trials_are_not_written_over(
     assert run(asked.split()) == 1
     assert "holds the trials of an earlier deployment" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["trial_2"]
+
+
+def test_finite_elements_that_were_stopped_go_on_in_their_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every trial is driven again, which is quick, and its robot walks on from its checkpoint; of a
+    finished deployment and for another one nothing goes on."""
+    settings, walked = replace(SETTINGS, model="full"), []
+
+    def walk(robot: Any, pressure_kPa: np.ndarray, checkpoint: Path, **_: Any) -> Trajectory:
+        walked.append((checkpoint.parent.name, checkpoint.exists(), pressure_kPa.tobytes()))
+        checkpoint.write_bytes(b"so far")
+        if len(walked) == 2:
+            raise KeyboardInterrupt
+        return push(pressure_kPa)
+
+    def deployed(folder: Path, **changed: Any) -> DeployedGait:
+        asked, robot = replace(settings, **changed), RobotOptions.of("published")
+        return deploy_gait(None, asked, robot, RunFolder(folder, "deploy"))
+
+    monkeypatch.setattr(virtual_reality, "resumable_rollout", walk)
+    with pytest.raises(KeyboardInterrupt):
+        deployed(tmp_path)
+    for other in ({"trials": 1}, {"model": "reduced"}):
+        with pytest.raises(ValueError, match="holds the trials of an earlier deployment"):
+            deployed(tmp_path, **other)
+    found = deployed(tmp_path)
+    names, there, pressures = zip(*walked, strict=True)
+    assert names == ("trial_1", "trial_2") * 2
+    assert there == (False, False, True, True)
+    assert pressures[:2] == pressures[2:]
+    assert len(found.trials) == 2
+    assert not list(tmp_path.rglob("checkpoint.npz"))
+    with pytest.raises(ValueError, match="holds the trials of an earlier deployment"):
+        deployed(tmp_path)
+    walked.clear()
+    undisturbed = deployed(tmp_path / "other", trials=1)
+    assert undisturbed.trials[0].distance_cm == found.trials[0].distance_cm
+
+
+def test_a_simulation_that_diverges_ends_the_deployment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walked = []
+
+    def walk(_: Any, pressure_kPa: np.ndarray, **__: Any) -> tuple[None, Trajectory]:
+        walked.append(1)
+        status = "completed" if len(walked) == 1 else "diverged"
+        return None, replace(push(pressure_kPa), status=status)
+
+    monkeypatch.setattr(virtual_reality, "rollout", walk)
+    with pytest.raises(DriverError, match="trial_2: the virtual robot's simulation diverged"):
+        _deploy(tmp_path)
+    assert len(json.loads((tmp_path / "summary.json").read_text())["trials"]) == 1
 
 
 @pytest.mark.parametrize("physics", ["published", "measured"])

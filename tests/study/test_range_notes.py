@@ -108,6 +108,7 @@ def test_a_virtual_rigs_reduced_robot_tells_that_it_left(scale, left):
     rig.open()
     rig.command(np.array([60.0, 60.0, 60.0]))
     rig.clock.wait_until(1.0)
+    rig.track()
     assert (rig.range_ratio > 1.2) is left
 
 
