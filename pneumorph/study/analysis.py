@@ -272,6 +272,7 @@ def analyse(
         frictions=frictions,
         robots=analysed,
         notes=(
+            *spec.calibration_notes,
             *own_task_notes(run.own_task, goal),
             *filter(None, (range_note(each.label, each.range_ratio) for each in analysed)),
         ),

@@ -116,7 +116,7 @@ def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -
         **vars(best),
         **spec.describe(design=settings.design),
         wall_s=time.monotonic() - start,
-        notes=best.expert_notes,
+        notes=spec.calibration_notes + best.expert_notes,
     )
 
 

@@ -164,6 +164,7 @@ def certify_once(
         goal=goal,
         **spec.describe(),
         notes=(
+            *spec.calibration_notes,
             *own_task_notes(candidates.own_task, goal, trained=candidates.ranked_there),
             *idle_notes(spec, drawn),
             *measured_notes(drawn, idle),

@@ -232,7 +232,7 @@ def evaluate(
         goal=task.goal,
         best_achieved=best.achieved,
         **spec.describe(reduced=settings.model == "reduced"),
-        notes=tuple(notes),
+        notes=(*spec.calibration_notes, *notes),
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,

@@ -174,7 +174,7 @@ def transfer(
     start = time.monotonic()
     if not runs:
         raise ValueError("runs is empty, expected at least one folder of `pneumorph deploy`")
-    notes: list[str] = []
+    notes = [*spec.calibration_notes]
     deployed = [
         DeployedRobot.read(label, run, settings.video, settings.step_s, notes)
         for label, run in labelled_runs(runs).items()

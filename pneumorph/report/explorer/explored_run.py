@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.artefact import write_json
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.report.explorer.page import write_explorer
 from pneumorph.report.explorer.scored_designs import (
@@ -29,6 +31,8 @@ from pneumorph.study.finished_run import FinishedRun
 
 _TRAININGS = ("coopt", "demo")
 """Verbs that leave a design distribution and a policy."""
+ROBOT_FILE = "robot.json"
+"""Settings of a robot that its names alone do not tell, for the command that walks a design."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,7 @@ def explore(
             f"--robot {described} is given beside the run {run.folder}, expected one of them: a "
             "run's designs are those of its own robot"
         )
-    scored, title, flags = _scored(run, space or DesignSpace())
+    scored, title, flags = _scored(run, space or DesignSpace(), folder)
     robot = None if run is None else run.robot
     if described is not None:
         robot = layered(RobotOptions(), [{"described": str(described)}])
@@ -127,34 +131,46 @@ def said_space(run: FinishedRun) -> DesignSpace | None:
     return None if run.robot.description is None else run.robot.description.space
 
 
-def _scored(run: FinishedRun | None, space: DesignSpace) -> tuple[ScoredDesigns, str, str]:
+def _scored(
+    run: FinishedRun | None, space: DesignSpace, folder: RunFolder
+) -> tuple[ScoredDesigns, str, str]:
     """The designs, the page's title, and flags of the command that walks a design."""
     if run is None:
         return unscored(space), f"{len(space)} designs", ""
     if run.verb in _TRAININGS:
         scored = scored_by_training(run)
-        return scored, f"{len(scored.space)} designs of {run.folder}", _flags(run, run)
+        return scored, f"{len(scored.space)} designs of {run.folder}", _flags(run, run, folder)
     if run.verb != "evaluate":
         raise ValueError(
             f"{run.folder} holds a run of `pneumorph {run.verb}`, expected one of coopt, demo or "
             "evaluate, which give designs a score"
         )
     scored = scored_by_evaluation(run, said_space(run) or space)
-    return scored, f"Designs of {run.folder}", _flags(run, run.source)
+    return scored, f"Designs of {run.folder}", _flags(run, run.source, folder)
 
 
-def _flags(run: FinishedRun, training: FinishedRun | None) -> str:
+def _flags(run: FinishedRun, training: FinishedRun | None, folder: RunFolder) -> str:
     """Flags of the command that walks a design: the gait of a training's policy, which brings its
-    robot, and the run's robot where that is another."""
-    flags, robot, brought = "", run.robot, RobotOptions()
+    robot, and the run's robot where that is another; where that takes more than its names, as the
+    settings of a file in the folder."""
+    flags, brought = "", RobotOptions()
     if training is not None and training.verb in _TRAININGS:
         policy = shlex.quote(str(training.folder / "training" / "policy.npz"))
         flags, brought = f"--gait {policy} ", training.robot
-    if robot.described is not None:
-        same = robot.described == brought.described
-        return flags if same else f"{flags}--robot {shlex.quote(str(robot.described))} "
-    if robot.physics_name != brought.physics_name:
-        flags += f"--physics {robot.physics_name} "
-    if robot.part is not None and robot.part != brought.part:
-        flags += f"--part {shlex.quote(str(robot.part))} "
-    return flags
+    # How it is computed is the reader's own.
+    robot = replace(run.robot, threads=brought.threads, executor=brought.executor)
+    if robot == brought:
+        return flags
+    names = (
+        {"described": robot.described}
+        if robot.described is not None
+        else {name: getattr(robot, name) for name in ("based_on", "part", "calibration")}
+    )
+    layer = {name: str(v) for name, v in names.items() if v not in (None, getattr(brought, name))}
+    if layered(brought, [layer]) != robot:
+        layer = {"settings": str(folder / ROBOT_FILE)}
+        write_json(folder / ROBOT_FILE, {"robot": settings_to_dict(robot)})
+    of_robot = {"described": "robot", "based_on": "physics"}
+    return flags + "".join(
+        f"--{of_robot.get(name, name)} {shlex.quote(value)} " for name, value in layer.items()
+    )

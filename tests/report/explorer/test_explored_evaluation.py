@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -15,7 +16,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.report.explorer.explored_run import _flags, explore, said_space
+from pneumorph.report.explorer.explored_run import explore, said_space
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions
@@ -73,6 +74,13 @@ def test_of_a_training_that_is_gone_the_papers_robot_is_named(tmp_path: Path) ->
     run = FinishedRun.read(evaluation)
     assert said_space(run) is None
     assert _command(evaluation) == ("--physics published ", len(DesignSpace()))
-    settings = {"robot": {**run.settings["robot"], "part": "my legs/leg.npz"}}
-    own_leg = FinishedRun(run.folder, run.summary, settings)
-    assert _flags(own_leg, None) == "--physics published --part 'my legs/leg.npz' "
+
+
+def test_a_robot_that_its_names_do_not_tell_is_walked_by_its_settings(tmp_path: Path) -> None:
+    folder, robot = tmp_path / "my run", {"physics": {"friction": 0.7}}
+    evaluation = _evaluated(folder, "coopt", TrainingOptions(), BASELINE_DESIGN, robot)
+    command, _ = _command(evaluation)
+    ((policy, settings),) = re.findall(r"^--gait '(.*)' --settings '(.*)' $", command)
+    assert Path(policy) == folder / "run" / "training" / "policy.npz"
+    kept = json.loads(Path(settings).read_text())["robot"]
+    assert kept == settings_to_dict(layered(RobotOptions(), [robot]))

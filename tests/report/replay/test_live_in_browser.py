@@ -19,7 +19,7 @@ from pneumorph.trajectory import Trajectory
 
 def _frames(crawl: Trajectory, start: int, stop: int) -> Trajectory:
     arrays: dict[str, Any] = {
-        name: value if name == "skin_triangles" else value[start:stop]
+        name: value if name == "skin_triangles" else value[start:stop].copy()
         for name, value in crawl.arrays().items()
     }
     return replace(crawl, **arrays)
@@ -39,9 +39,14 @@ def test_the_page_shows_every_frame_as_it_comes(crawl: Trajectory, open_page: Op
         # It moves by itself up to the newest frame and waits there.
         page.wait_for_function(f"{PLAYER}.time === {PLAYER}.duration")
         assert np.abs(shown(page) - recorded(crawl)[9]).max() < ROUNDING_MM
-        live(_frames(crawl, 10, 16))
+        # Colours reach to the highest pressure so far.
+        assert page.evaluate(f"{PLAYER}.fullPressure") == 90.0
+        higher = _frames(crawl, 10, 16)
+        higher.regulated_kPa[-1] = 120.0
+        live(higher)
         assert live.finish()
         page.wait_for_function(f"!{PLAYER}.live")
+        assert page.evaluate(f"[{PLAYER}.fullPressure, {PLAYER}.stage.fullPressure]") == [120, 120]
     # The server has gone and the page has all it needs.
     page.evaluate(f"{PLAYER}.pause(); {PLAYER}.seek({crawl.time_s[3]})")
     assert np.abs(shown(page) - recorded(crawl)[3]).max() < ROUNDING_MM

@@ -69,14 +69,10 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
     }
 
     openStage() {
-      let full = this.fullPressure;
-      for (const motion of this.motions) {
-        for (const frame of motion.parts.regulated) full = Math.max(full, ...frame);
-      }
-      this.fullPressure = full;
+      for (const motion of this.motions) this.riseTo(motion.parts.regulated);
       try {
         this.stage = new pneumorphStage.Stage(
-          this.find("canvas"), this.find(".pr-labels"), this.motions, full);
+          this.find("canvas"), this.find(".pr-labels"), this.motions, this.fullPressure);
       } catch (error) {
         // The charts and positions work without it.
         this.stage = null;
@@ -200,9 +196,22 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
         () => resolve((this.drawn - before) / (performance.now() - start) * 1000), seconds * 1000));
     }
 
+    // Have the full colour at the highest of these pressures, where that is more than it was.
+    riseTo(regulated) {
+      let full = this.fullPressure;
+      for (const frame of regulated) full = Math.max(full, ...frame);
+      if (full === this.fullPressure) return;
+      this.fullPressure = full;
+      if (!this.stage) return; // it is told when it is made
+      this.stage.fullPressure = full;
+      this.legend();
+    }
+
     // A frame of a live robot.
     append(frame) {
-      this.motions[frame.robot].append(frame);
+      const motion = this.motions[frame.robot];
+      motion.append(frame);
+      this.riseTo(motion.parts.regulated.slice(-1));
       this.stale = true; // many may come at once; the next picture shows them
     }
 
