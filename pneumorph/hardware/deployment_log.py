@@ -127,6 +127,13 @@ class LoggedPressures:
         order = np.argsort(time_s, kind="stable")  # of one time, a command is later than a sample
         return time_s[order], commanded_kPa[order]
 
+    def commanded_at(self, time_s: np.ndarray) -> np.ndarray:
+        """Pressures that hold at given times [real kPa], (time, channel); before the first command
+        that is known, that one."""
+        given_s, given_kPa = self.given
+        place = np.searchsorted(given_s, time_s + 1e-9, side="right") - 1
+        return given_kPa[np.clip(place, 0, None)]
+
     @property
     def stopped(self) -> tuple[float, str] | None:
         """When and why the run was stopped before the gait's end; None where it was not."""

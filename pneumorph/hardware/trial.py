@@ -57,15 +57,13 @@ class Trial:
         The sensed pressure, linear between samples, or the commanded one where there is no sensor.
         """
         log = self.pressures
-        given_s, given_kPa = log.given
         columns = []
-        for sensed, commanded in zip(log.sensed_kPa.T, given_kPa.T, strict=True):
+        for sensed, commanded in zip(log.sensed_kPa.T, log.commanded_at(time_s).T, strict=True):
             known = np.isfinite(sensed)
             if known.sum() >= 2:
                 columns.append(np.interp(time_s, log.time_s[known], sensed[known]))
             else:
-                place = np.searchsorted(given_s, time_s + 1e-9, side="right") - 1
-                columns.append(commanded[np.clip(place, 0, None)])
+                columns.append(commanded)
         return np.maximum(0.0, np.column_stack(columns))
 
 

@@ -79,11 +79,10 @@ class MarkerActor:
         position = np.column_stack(
             [np.interp(time_s, track.time_s, each) for each in track.position_mm.T]
         )
-        place = np.clip(np.searchsorted(log.time_s, time_s + 1e-9, side="right") - 1, 0, None)
         return cls(
             time_s,
             position - position[0],
-            log.commanded_kPa[place],
+            log.commanded_at(time_s),
             trial.driven_kPa(time_s),
             label,
         )

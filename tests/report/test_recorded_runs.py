@@ -38,6 +38,22 @@ def test_a_trial_without_samples_is_not_drawn() -> None:
         MarkerActor.of(Trial("trial_1", log, track), "B")
 
 
+def test_an_unsensed_channel_is_drawn_at_its_command_from_when_it_was_given() -> None:
+    """And the command no later: samples come between commands."""
+    log = LoggedPressures(
+        np.array([0.2, 1.2]),
+        np.array([[0.0], [60.0]]),
+        np.full((2, 1), np.nan),
+        (),
+        ((0.0, np.zeros(1)), (1.0, np.array([60.0]))),
+    )
+    track = MarkerTrack(np.array([0.9, 1.0, 1.1, 1.2]), np.zeros((4, 2)))
+    shown = MarkerActor.of(Trial("trial_1", log, track), "B")
+    assert shown.time_s.tolist() == [0.0, 0.9, 1.0, 1.1, 1.2]
+    for pressures in (shown.commanded_kPa, shown.regulated_kPa):
+        assert pressures[:, 0].tolist() == [0.0, 0.0, 60.0, 60.0, 60.0]
+
+
 def test_a_full_disk_is_not_the_fault_of_the_run(tmp_path: Path) -> None:
     run = FinishedRun(tmp_path, {}, {})
     with pytest.raises(OSError, match="cannot be written: No space left"), _told_of(run):
