@@ -21,6 +21,21 @@ def with_failed(values: np.ndarray, failed: np.ndarray) -> np.ndarray:
     return np.where(failed, np.minimum(np.minimum(values, 0.0), least), values)
 
 
+def counted_walks(achieved: np.ndarray) -> np.ndarray:
+    """What robots achieve in worlds, with failed walks counted as by `with_failed`.
+
+    Args:
+        achieved: In each world [any unit], (world,) or (world, robot); NaN where the simulation
+            failed.
+
+    Returns:
+        The same where nothing failed, of that shape.
+    """
+    by_robot = np.atleast_2d(achieved.T)
+    counted = with_failed(np.nan_to_num(by_robot), np.isnan(by_robot))
+    return counted.T.reshape(achieved.shape)
+
+
 def with_lost(scores: np.ndarray, lost: np.ndarray) -> np.ndarray:
     """Scores of a round, where a design that failed in all its worlds has no more than zero, and no
     more than the lowest of those that did not.

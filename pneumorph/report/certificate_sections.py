@@ -20,7 +20,7 @@ from pneumorph.report.style import (
     zero_line,
 )
 from pneumorph.report.walk_sections import can_be_drawn, replay_section
-from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import CERTIFICATE_FOLDER, nearest_round
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.sensitivity import chance_index
@@ -83,7 +83,8 @@ def certificate_sections(
     caption = (
         f"{found.goal.title} in {found.world_count} worlds that training never saw. "
         "The expert's robot has "
-        f"the phase of its largest mean in {_tuned_in(found)}, {found.expert.phase_deg:g}°."
+        f"the phase of its largest mean in {_tuned_in(found)}, {found.expert.phase_deg:g}°. "
+        "After ± are standard errors."
     )
     own_task = unasked_of_expert(run)
     if own_task is not None:
@@ -105,6 +106,8 @@ def certificate_sections(
 
 def _tuned_in(found: Certificate) -> str:
     count = found.expert.tuning_world_count
+    if found.expert.tuned_as_drawn:
+        return f"{count} other worlds that are drawn alike"
     if all(pair.optimism_error is None for pair in found.pairs):  # of a training in one world
         return f"{count or ''} worlds drawn to choose in".strip()
     return f"{'' if count is None else f'{count} of '}the training's worlds"
@@ -148,7 +151,7 @@ def _band_table(found: Certificate, is_compared: bool = True) -> str:
         [
             "expert",
             expert.design,
-            *_numbers(expert.band.low, expert.band.median, expert.band.high),
+            *_percentiles(expert.band),
             *[""] * (4 + is_compared),
         ]
     ]
@@ -156,7 +159,7 @@ def _band_table(found: Certificate, is_compared: bool = True) -> str:
         [
             pair.label,
             pair.design,
-            *_numbers(pair.band.low, pair.band.median, pair.band.high),
+            *_percentiles(pair.band),
             *[f"{100.0 * pair.share_beyond_expert:.0f} %"] * is_compared,
             *_numbers(pair.promised),
             _with_error(pair.optimism, pair.optimism_error),
@@ -166,6 +169,15 @@ def _band_table(found: Certificate, is_compared: bool = True) -> str:
         for pair in found.pairs
     ]
     return page.table(header, rows)
+
+
+def _percentiles(band: Band) -> tuple[str, ...]:
+    """Of a band, each with its standard error."""
+    return (
+        _with_error(band.low, band.low_error),
+        _with_error(band.median, band.median_error),
+        _with_error(band.high, band.high_error),
+    )
 
 
 def _friction_table(found: Certificate) -> str:

@@ -16,7 +16,7 @@ from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.gait.walk import walk
-from pneumorph.learn.failed_walks import with_failed
+from pneumorph.learn.failed_walks import counted_walks
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
@@ -29,6 +29,7 @@ from pneumorph.study.certified_candidates import (
     CertificateSettings,
     own_task_notes,
     unseen_worlds,
+    worlds_of_training,
 )
 from pneumorph.study.certified_pairs import (
     Band,
@@ -87,7 +88,10 @@ def certify_once(
         for rank, pair in enumerate(candidates.pairs, start=1)
     ]
     folder.progress.stage("tuning the expert's phase")
-    tuning = seen[: settings.tuning_world_count]
+    drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
+    narrowed = candidates.drawn != drawn  # by what was measured, say; then nobody trained there
+    tuning = worlds_of_training(None, drawn, seed, settings)[0] if narrowed else seen
+    tuning = tuning[: settings.tuning_world_count]
     # For as long as the pairs, whatever the run's own baseline lasts.
     duration_s = walkers[0].gait.duration_s
     lasting = replace(candidates.baseline.gait, duration_s=duration_s)
@@ -100,7 +104,6 @@ def certify_once(
         there = _walked(spec, walkers, seen, folder, goal).achieved
         seen_mean = means_over_worlds(there)
         best = 0 if candidates.ranked_there else best_on_average(there)
-    drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
     worlds = unseen_worlds(drawn, count, seed)
     folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
     of_expert = _walked(spec, [expert], worlds, folder, goal)
@@ -108,7 +111,7 @@ def certify_once(
     walked = _walked(spec, walkers, worlds, folder, goal)
     by_pairs = walked.achieved
     alike = by_pairs
-    if candidates.drawn != drawn:  # narrowed by what was measured, say
+    if narrowed:
         folder.progress.stage(f"walking in {count} unseen worlds as the training's were")
         others = unseen_worlds(candidates.drawn, count, seed)
         alike = _walked(spec, walkers, others, folder, goal).achieved
@@ -140,7 +143,7 @@ def certify_once(
     record_shown_worlds(spec, walkers[best], worlds, by_pairs[:, best], folder)
     chosen = certified[best]
     measured = {name: (value, deviation) for name, value, deviation in drawn.measured}
-    could = narrowings(evidence.numbers, np.nan_to_num(by_pairs[:, best]), measured)
+    could = narrowings(evidence.numbers, counted_walks(by_pairs[:, best]), measured)
     return Certificate(
         run=str(candidates.run),
         best=chosen.label,
@@ -153,7 +156,7 @@ def certify_once(
         optimism=chosen.optimism,
         measure_next=worth_measuring(could.tests, could.chance),
         pairs=tuple(certified),
-        expert=CertifiedExpert(str(expert.design), phase_deg, expert_band, len(tuning)),
+        expert=CertifiedExpert(str(expert.design), phase_deg, expert_band, len(tuning), narrowed),
         tests=could.tests,
         chance_narrowing=could.chance,
         world_count=len(worlds),
@@ -217,10 +220,8 @@ class _Evidence:
     def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
         """What is to be expected of one pair."""
         achieved, promised = self.walked.achieved[:, place], self.promised[place]
-        failed = np.isnan(self.alike[:, place])
-        # As the training counts them, whose mean is promised.
-        alike = with_failed(np.nan_to_num(self.alike[:, place])[None], failed[None])[0]
-        counted, ratio = np.nan_to_num(achieved), self.walked.range_ratio[:, place]
+        alike = counted_walks(self.alike[:, place])
+        counted, ratio = counted_walks(achieved), self.walked.range_ratio[:, place]
         known = ratio[~np.isnan(ratio)]
         trajectory = recorded_walk(
             self.spec,
@@ -271,12 +272,12 @@ def best_on_average(achieved: np.ndarray) -> int:
 
 def means_over_worlds(achieved: np.ndarray) -> np.ndarray:
     """Mean of each gait over worlds [the same unit], (gait,), walks that failed counted as by
-    `with_failed`, as a training counts them.
+    `counted_walks`, as a training counts them.
 
     Args:
         achieved: In each world [any unit], (world, gait); NaN where the simulation failed.
     """
-    means: np.ndarray = with_failed(np.nan_to_num(achieved.T), np.isnan(achieved.T)).mean(axis=1)
+    means: np.ndarray = counted_walks(achieved).mean(axis=0)
     return means
 
 
@@ -341,10 +342,10 @@ def worst_worlds(achieved: np.ndarray, count: int) -> list[int]:
     """Numbers of the worlds where a pair achieves least, the worst first.
 
     Args:
-        achieved: By it in each, (world,); NaN where it failed, which counts as 0.
+        achieved: By it in each, (world,); NaN where it failed, see `counted_walks`.
         count: How many.
     """
-    order = np.argsort(np.nan_to_num(achieved), kind="stable")
+    order = np.argsort(counted_walks(achieved), kind="stable")
     return [int(number) for number in order[:count]]
 
 

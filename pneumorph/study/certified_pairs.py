@@ -10,20 +10,25 @@ import numpy as np
 from pneumorph.base.result import in_cm
 from pneumorph.catalogue.robot_mass import RobotMass
 from pneumorph.environment.goal import FORWARD, Goal
+from pneumorph.learn.failed_walks import counted_walks
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary, PartSummary
 from pneumorph.study.analysis import AnalysedLeg
 from pneumorph.study.certified_walks import FullOrderWalk
 from pneumorph.study.measure_next import ExpectedNarrowing
-from pneumorph.study.sensitivity import Sensitivity, weighted_quantiles
+from pneumorph.study.sensitivity import BAND, Sensitivity, weighted_quantiles
 
 
 @dataclass(frozen=True)
 class Band:
-    """What a robot achieves over the worlds [the goal's unit]; a failed simulation counts as 0.
+    """What a robot achieves over the worlds [the goal's unit]; a failed simulation counts as of
+    `counted_walks`.
 
-    Percentiles are Hazen's, ``numpy.percentile(..., method="hazen")``.
+    Percentiles are Hazen's, ``numpy.percentile(..., method="hazen")``. Their standard errors, from
+    one draw of as many worlds to another, are those of Maritz and Jarrett, A note on estimating the
+    variance of the sample median, J. Am. Stat. Assoc. 73 (1978) 194; None in files of earlier
+    versions.
     """
 
     low: float = field(metadata=in_cm("low_cm"))
@@ -36,12 +41,18 @@ class Band:
     """Standard deviation over the worlds."""
     failed_count: int
     """Worlds in which the simulation failed."""
+    low_error: float | None = field(default=None, metadata=in_cm("low_error_cm"))
+    median_error: float | None = field(default=None, metadata=in_cm("median_error_cm"))
+    high_error: float | None = field(default=None, metadata=in_cm("high_error_cm"))
 
     @classmethod
     def of(cls, achieved: np.ndarray) -> Band:
         """That of what was achieved (world,), NaN where a simulation failed."""
-        counted = np.nan_to_num(achieved, nan=0.0)
+        from scipy.stats.mstats import mjci
+
+        counted = counted_walks(achieved)
         low, median, high = weighted_quantiles(counted, np.ones(len(counted)))
+        errors = map(float, mjci(counted, BAND)) if len(counted) > 1 else (None,) * len(BAND)
         return cls(
             float(low),
             float(median),
@@ -49,6 +60,7 @@ class Band:
             float(counted.mean()),
             float(counted.std(ddof=1)),
             int(np.isnan(achieved).sum()),
+            *errors,
         )
 
 
@@ -72,6 +84,9 @@ class CertifiedExpert:
     band: Band
     tuning_world_count: int | None = None
     """In how many of them; None in files of earlier versions."""
+    tuned_as_drawn: bool = False
+    """Whether in worlds drawn as the unseen ones instead, because the training's are drawn from
+    something else, such as where a calibration has narrowed them."""
 
 
 @dataclass(frozen=True)

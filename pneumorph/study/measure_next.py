@@ -105,5 +105,6 @@ def worth_measuring(tests: Sequence[ExpectedNarrowing], chance: float) -> str | 
     best = tests[0].narrowing
     if best <= chance:
         return None
-    as_good = [each for each in tests if each.narrowing >= 0.9 * best]
+    least = max(0.9 * best, chance)
+    as_good = [each for each in tests if each.narrowing >= least]
     return min(as_good, key=lambda each: each.minutes).test

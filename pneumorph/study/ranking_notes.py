@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumorph.environment.goal import Goal
+from pneumorph.learn.failed_walks import counted_walks
 
 _STANDARD_ERRORS = 3.0
 """By so many a mean difference must be ahead: some ten pairs are looked at, one of which is ahead
@@ -23,11 +24,11 @@ def ranking_notes(
     Args:
         labels: Of the pairs.
         best: Place of the pair that the training ranked first.
-        achieved: By each pair in each world [the goal's unit], (world, pair); NaN, which counts as
-            0, where a simulation failed.
+        achieved: By each pair in each world [the goal's unit], (world, pair); NaN where a
+            simulation failed, see `counted_walks`.
         goal: What is achieved.
     """
-    far = np.nan_to_num(achieved)
+    far = counted_walks(achieved)
     notes = []
     for place, label in enumerate(labels):
         ahead = far[:, place] - far[:, best]

@@ -14,6 +14,7 @@ from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import walk
+from pneumorph.learn.failed_walks import counted_walks
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE, furthest_ratio
 from pneumorph.robot.design import Design
@@ -30,7 +31,8 @@ SIDE_BY_SIDE = 96
 
 @dataclass(frozen=True)
 class PairInWorlds:
-    """What one pair achieves over all worlds [the goal's unit]; a failed simulation counts as 0."""
+    """What one pair achieves over all worlds [the goal's unit]; failed simulations count as of
+    `counted_walks`."""
 
     label: str
     nominal: float = field(metadata=in_cm("nominal_distance_cm"))
@@ -185,7 +187,7 @@ def robustness(
     Args:
         labels: Name of each pair, best first.
         nominal: What each achieves in the simulated world as it stands [the goal's unit], (pair,).
-        achieved: The same in worlds, (world, pair); a failed simulation (NaN) counts as 0.
+        achieved: The same in worlds, (world, pair); NaN where a simulation failed.
         worlds: The worlds.
         distributions: What they were drawn from.
         range_ratios: As `walks_in_worlds` returns them, (world, pair).
@@ -194,7 +196,7 @@ def robustness(
     """
     from scipy.stats import kendalltau
 
-    counted = np.nan_to_num(achieved, nan=0.0)
+    counted = counted_walks(achieved)
     mean, best = counted.mean(axis=0), _shares_of_best(achieved)
     known = np.zeros(0) if range_ratios is None else range_ratios[~np.isnan(range_ratios)]
     stands = ~np.isnan(nominal)

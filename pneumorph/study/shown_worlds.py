@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.learn.failed_walks import counted_walks
 from pneumorph.simulation.randomisation import World
 from pneumorph.study.analysis import Walker
 from pneumorph.study.certified_walks import LaggingGait
@@ -29,8 +30,8 @@ def record_shown_worlds(
 ) -> None:
     """Record a robot in the worlds of its median and of its 10th percentile.
 
-    Of an even number of worlds, or between two, it is the worse one; a failed walk counts as 0, and
-    worlds whose legs are of another reduction are left out.
+    Of an even number of worlds, or between two, it is the worse one; failed walks count as of
+    `counted_walks`, and worlds whose legs are of another reduction are left out.
 
     Args:
         spec: The robot in the world as it stands.
@@ -42,7 +43,8 @@ def record_shown_worlds(
     own = [number for number, world in enumerate(worlds) if not world.reduction]
     if not own:
         return
-    order = sorted(own, key=lambda number: float(np.nan_to_num(achieved[number])))
+    counted = counted_walks(achieved)
+    order = sorted(own, key=lambda number: float(counted[number]))
     for name, (file, quantile) in SHOWN_WORLDS.items():
         number = order[int(quantile * (len(order) - 1))]
         world = worlds[number]

@@ -1,6 +1,7 @@
 """Which phase of the expert's gait, and which pair, is the best over worlds where some walks
 fail."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from helpers.run_folders import write_run
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_designs import BASELINE_DESIGN
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study import certificate
 from pneumorph.study.analysis import Walker
 from pneumorph.study.certificate import best_on_average, certify_once, means_over_worlds
@@ -61,7 +62,13 @@ def test_a_certificate_counts_failed_walks_as_a_training_does(
             achieved[:, 0] = achieved[0, 1] = np.nan
         return WalksInWorlds(achieved, np.ones_like(achieved), np.zeros_like(achieved))
 
-    monkeypatch.setattr(certificate, "_tuned_expert", lambda *_: (expert, 0.0))
+    tuned_in: list[World] = []
+
+    def tuned(_: Any, __: Any, worlds: Sequence[World], *___: Any) -> tuple[Walker, float]:
+        tuned_in.extend(worlds)
+        return expert, 0.0
+
+    monkeypatch.setattr(certificate, "_tuned_expert", tuned)
     monkeypatch.setattr(certificate, "_walked", walked)
     monkeypatch.setattr(certificate, "record_shown_worlds", lambda *_: None)
     folder, spec = RunFolder(tmp_path / "out", "certify"), robot.spec()
@@ -71,4 +78,11 @@ def test_a_certificate_counts_failed_walks_as_a_training_does(
     lost, other = certify_once(there, settings, spec, folder).pairs
     assert (lost.promised, lost.optimism) == (0.0, 0.0)
     assert (other.promised, other.optimism) == (-0.5, 0.0)
-    assert other.band.mean == pytest.approx(-0.375)  # there a failed walk counts as 0
+    assert other.band.mean == -0.5
+    assert [world.friction for world in tuned_in] == [0.9] * 8
+    # What was measured since narrows the worlds, also those that the expert is tuned in.
+    wide = Randomisation(friction="0.4")
+    narrowed = replace(there, drawn=wide, seen=(wide.draw(np.random.default_rng(0)),) * 4)
+    tuned_in.clear()
+    assert certify_once(narrowed, settings, spec, folder).expert.tuned_as_drawn
+    assert [world.friction for world in tuned_in] == [0.9] * 4
