@@ -61,6 +61,8 @@ def test_the_index_of_experiments_says_what_they_found(file: str) -> None:
 def test_links_and_verbs_exist(document: Path) -> None:
     text = document.read_text()
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", text):
+        if target == "api/modules.rst":  # `make site` writes it
+            continue
         package = re.fullmatch(r"api/(pneumorph[\w.]*)\.rst", target)
         if package is None:
             assert (document.parent / target).exists(), target

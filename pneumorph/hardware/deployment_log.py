@@ -158,7 +158,8 @@ def read_log(path: Path | str) -> LoggedPressures:
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: Not a deployment log, a unit that is none of pressure, or its times fall.
+        ValueError: Not a deployment log, a unit that is none of pressure, a row but the last that
+            is not whole, or its times fall.
     """
     header, rows = read_rows(path)
     commanded = [i for i, name in enumerate(header) if name.startswith("commanded_")]
@@ -177,7 +178,13 @@ def read_log(path: Path | str) -> LoggedPressures:
     whole = max(*sensed, -1 if event_column is None else event_column) + 1
     for number, row in enumerate(rows, start=1):
         if len(row) < whole:
-            continue  # the row that was being written when the process was killed
+            if number == len(rows):
+                continue  # the row that was being written when the process was killed
+            if len(row) < whole - 1 or event_column != whole - 1:
+                raise ValueError(
+                    f"{path}, row {number} has {len(row)} cells, expected {whole} as in the header"
+                )
+            row.append("")  # other programs leave out an empty cell at the end
         with reading(f"{path}, row {number}", "log"):
             if event_column is not None and row[event_column]:
                 events.append((float(row[0]), row[event_column]))

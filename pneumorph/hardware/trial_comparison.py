@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -222,15 +222,26 @@ def check_length(
     return common_s
 
 
-def pressure_tracking(trial: Trial) -> dict[str, float | None]:
+def pressure_tracking(
+    trial: Trial, regulators: Collection[int] | None = None, until_s: float = np.inf
+) -> dict[str, float | None]:
     """How well sensed pressures follow commanded ones.
+
+    Args:
+        trial: The trial.
+        regulators: Numbers of those that count, from 1; None for all. One without a leg has
+            nothing but its sensor's noise.
+        until_s: Samples later than this do not count, such as those of venting [s].
 
     Returns:
         Root mean square difference [kPa], and the delay [s] that makes it least (of whole samples
         up to one second); None without sensors, or with fewer than two samples.
     """
     log = trial.pressures
-    known = np.isfinite(log.sensed_kPa)
+    known = np.isfinite(log.sensed_kPa) & (log.time_s <= until_s)[:, None]
+    if regulators is not None:
+        channels = 1 + np.arange(known.shape[1])
+        known &= np.isin(channels, list(regulators))
     if known.sum() < 2 or len(log.time_s) < 2:
         return {"rms_kPa": None, "delay_s": None}
     difference = (log.sensed_kPa - log.commanded_kPa)[known]

@@ -67,11 +67,16 @@ def with_line(
         },
         source={**calibration.source, "pressure": said},
     )
-    if settings.pairs is None:  # of pairs it is not known which leg they are of
-        try:
-            check_calibration(replace(fitted, path=None), [spec.module])
-        except ValueError as error:
+    try:
+        check_calibration(replace(fitted, path=None), spec.modules)
+    except ValueError as error:
+        if settings.pairs is None:
             raise ValueError(f"{measured}: {error}") from error
+        # Of pairs it is not known which leg they are of.
+        folder.progress.say(
+            f"{measured}: {error}, or see whether its columns are as they are named"
+        )
+    if settings.pairs is None:
         _write_pairs(folder / PAIRS_FILE, pairs)
     return fitted, pairs
 

@@ -46,7 +46,7 @@ class TransferSettings(Checked):
 @dataclass(frozen=True)
 class DistanceRatio:
     """What was achieved over what the first robot achieved; None where that was next to nothing, to
-    which noise alone has a ratio."""
+    which noise alone has a ratio, or backward."""
 
     simulated: float | None
     measured: float | None
@@ -255,7 +255,10 @@ def _goal(deployed: Sequence[DeployedRobot], notes: list[str]) -> Goal:
 def _robot(
     deployed: DeployedRobot, comparison: TrialComparison, first: TrialComparison
 ) -> ComparedRobot:
-    tracking = [pressure_tracking(trial) for trial in deployed.trials]
+    with_legs = {number for leg in deployed.design.fittings for number in leg.regulators}
+    tracking = [
+        pressure_tracking(trial, with_legs, deployed.gait.duration_s) for trial in deployed.trials
+    ]
     return ComparedRobot(
         **comparison.summary(),
         pressure_rms_kPa=_mean([each["rms_kPa"] for each in tracking]),

@@ -63,6 +63,7 @@ Step = Literal[
     "damping",
     "repeats",
     "hidden",
+    "hidden_own",
     "bench",
     "rivals",
     "walks",
@@ -70,7 +71,7 @@ Step = Literal[
     "hidden_full",
 ]
 STEPS: tuple[Step, ...] = (
-    "certificate", "seeds", "damping", "repeats", "hidden", "bench", "rivals"
+    "certificate", "seeds", "damping", "repeats", "hidden", "hidden_own", "bench", "rivals"
 )  # fmt: skip
 
 
@@ -143,6 +144,9 @@ def main(
         walks = _walked(source, certificate, work, known, made="walks" in steps)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
+    # The leg that it learned on there, which tells what of a difference is the other leg's.
+    of_own = partial(covered, gait, source.robot, worlds, best.band, work=work / "hidden_own")
+    keep("hidden_own", lambda: result_to_dict(of_own(hidden_count)))
     walked = partial(of_rig, model="full", kept=out / "hidden_walks" / digest)
     keep("hidden_full", lambda: result_to_dict(walked(hidden_full_count)))
     if made["hidden"] is not None:

@@ -93,6 +93,7 @@ def test_nothing_in_degrees_is_called_cm(certified: Path) -> None:
     assert {"median", "tenth_percentile", "optimism", "achieved"} <= set(content)
     assert set(content["pairs"][0]["band"]) == {
         "low", "median", "high", "mean", "deviation", "failed_count",
+        "low_error", "median_error", "high_error",
     }  # fmt: skip
     numbers = {name: content[name] for name in ("pairs", "expert", "tests", "achieved")}
     assert "_cm" not in json.dumps(numbers)

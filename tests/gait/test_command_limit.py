@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.faulty_rig import Pusher
+from helpers.faulty_rig import push
 
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.gait.expert_gait import ExpertGait
@@ -25,6 +25,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.gait_source import recalibrated
+from pneumorph.trajectory import Trajectory
 
 STRONG = ExpertGait(amplitude_kPa=60.0, duration_s=4.0)
 REFUSED = r"is 1[12]\d\.\d.*, expected a finite number from 0 to 90"
@@ -43,8 +44,16 @@ class _Careless:
         return np.array([0.0, self.pressure if time_s > 0.5 else 0.0, 0.0])
 
 
-class _Model(Pusher):
+class _Model:
     physics = Physics()
+
+    def initial_state(self) -> None:
+        """It remembers nothing."""
+
+    def rollout(
+        self, state: None, commands_kPa: np.ndarray, *_: Any, **__: Any
+    ) -> tuple[None, Trajectory]:
+        return state, push(commands_kPa)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -0.5, 90.5])

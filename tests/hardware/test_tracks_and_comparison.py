@@ -401,6 +401,16 @@ def test_a_log_cut_off_in_a_row_reads_to_the_row_before(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_log(path).time_s, [0.01, 0.11])  # of 54.7 kPa, cut off
 
 
+def test_rows_of_a_log_without_their_empty_event_are_whole(tmp_path: Path) -> None:
+    """As other programs write them; only the last row may have been cut off."""
+    path, rows = tmp_path / "log.csv", ["0,5,5", "0.1,5,6,", "0.2,5,7", "0.3,5"]
+    path.write_text("time_s,commanded_1_kPa,sensed_1_kPa,event\n" + "\n".join(rows) + "\n")
+    assert read_log(path).sensed_kPa[:, 0].tolist() == [5.0, 6.0, 7.0]
+    path.write_text(path.read_text().replace("0.1,5,6,", "0.1,5"))
+    with pytest.raises(ValueError, match=r"log\.csv, row 2 has 2 cells, expected 4 as in the"):
+        read_log(path)
+
+
 def test_a_log_in_psi_is_read_in_kPa_and_one_without_a_unit_refused(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("time_s,commanded_1_psi,sensed_1_mbar,event\n0,10,500,\n1,10,600,\n")
@@ -510,6 +520,12 @@ def test_pressure_delay_is_found() -> None:
     assert tracking["rms_kPa"] is not None
     assert tracking["rms_kPa"] > 5.0
     assert pressure_tracking(_trial("a", _path()))["rms_kPa"] == 0.0
+    # Of regulators that have legs, while the gait lasts.
+    trial = _trial("a", _path())
+    trial.pressures.sensed_kPa[:, 1] += 3.0
+    trial.pressures.sensed_kPa[trial.pressures.time_s > 2.0, 0] += 50.0
+    assert pressure_tracking(trial, {1, 2}, 2.0)["rms_kPa"] == pytest.approx(np.sqrt(4.5))
+    assert pressure_tracking(trial, {1}, 2.0)["rms_kPa"] == 0.0
 
 
 def test_a_command_counts_from_when_it_was_given(tmp_path: Path) -> None:

@@ -43,10 +43,10 @@ def test_transitions_come_back_whole() -> None:
 
 def test_rewards_of_what_ended_no_episode_are_those_known() -> None:
     """Every second one did; those of earlier beginnings are known as well."""
-    assert filled(100, 20).rewards_before_more.tolist() == [*range(0, 20, 2)]
-    assert set(filled(7, 24).rewards_before_more) == {18, 20, 22}
+    assert filled(100, 20).rewards_of_going_on.tolist() == [*range(0, 20, 2)]
+    assert set(filled(7, 24).rewards_of_going_on) == {18, 20, 22}
     later = ReplayBuffer(5, 2, 1, FEATURES.__getitem__, [filled(100, 6).arrays()])
-    assert later.rewards_before_more.tolist() == [0, 2, 4]
+    assert later.rewards_of_going_on.tolist() == [0, 2, 4]
 
 
 def test_oldest_make_room() -> None:

@@ -72,13 +72,16 @@ def test_all_steps_end_in_one_summary(
         robust.main(learned, (), stiffer, tmp_path / "out", tmp_path / work, steps, hidden_count=3)
         return json.loads((tmp_path / "out" / "summary.json").read_text())
 
-    found = made("damping", "hidden", "repeats")
+    found = made("damping", "hidden", "hidden_own", "repeats")
     assert found["seeds"] is found["rivals"] is found["bench"] is None
     assert found["world_count"] == 200
     assert found["tenth_percentile_cm"] <= found["median_cm"]
     far = np.array(found["hidden"]["distances_cm"])
     within = (far >= found["tenth_percentile_cm"]) & (far <= found["ninetieth_percentile_cm"])
     assert found["band_coverage"] == pytest.approx(within.mean())
+    own = np.array(found["hidden_own"]["distances_cm"])  # of another leg in the same worlds
+    assert own.shape == far.shape
+    assert not np.any(own == far)
     usual = found["damping"]["loss_factor_times_1"]["median_cm"]
     assert usual == pytest.approx(found["median_cm"])
     changes = [f"{name}_change_cm" for name in ("median", "ninetieth_percentile", "largest")]

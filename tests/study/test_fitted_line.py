@@ -75,6 +75,9 @@ def test_of_two_pressures_there_are_no_intervals(tmp_path: Path) -> None:
     assert (
         "pairs.csv: the line has no confidence intervals, expected readings at" in said.getvalue()
     )
+    pairs.write_text(f"{header}60,20\n182,50\n300,80\n")  # the wrong way round
+    with_line(known, CalibrationSettings(pairs=pairs), spec, run)
+    assert "or see whether its columns are as they are named" in said.getvalue()
     pairs.write_text(f"{header}20,60\n50,182\n80,300\n")
     fitted, _ = with_line(known, CalibrationSettings(pairs=pairs), spec, run)
     assert set(fitted.intervals) == {"friction", "slope", "intercept_kPa"}
