@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from helpers.full_module import full_module
 
+from pneumorph.catalogue import robot_spec
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -29,7 +30,7 @@ def test_threads_of_a_walk(
         assert robot.full_order == FullOrderSettings(thread_count=taken)
         raise Walked
 
-    monkeypatch.setattr(simulated_walk, "processor_count", lambda: 5)
+    monkeypatch.setattr(robot_spec, "processor_count", lambda: 5)
     monkeypatch.setattr(simulated_walk, "recorded_walk", walk)
     robot = paper_robot("published")
     # Of modules that are known as finite elements alone too.
