@@ -17,7 +17,7 @@ from pneumorph.catalogue.robot_identity import reduction_digest, resume_identity
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.evaluation import evaluation_timesteps
-from pneumorph.learn.failed_walks import with_failed
+from pneumorph.learn.failed_walks import counted_walks
 from pneumorph.learn.genetic_algorithm import GeneticSettings
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
@@ -233,7 +233,7 @@ def _best_uniform(
             run.goal,
         )
         failed = np.isnan(achieved.T)
-        scored = objective.of(with_failed(np.nan_to_num(achieved.T), failed))
+        scored = objective.of(counted_walks(achieved).T)
         # One that failed in all of them comes behind all others.
         return np.where(failed.all(axis=1), -np.inf, scored)
 
